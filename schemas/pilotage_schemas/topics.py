@@ -1,0 +1,131 @@
+"""THE REGISTRY: every topic and every query, with its message, owner, rate and delivery.
+
+A topic exists only if it stands here; keys, encodings, staleness limits, the schemas under
+`v1/` and the README's table all come from this file.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from pilotage_schemas import commands as c
+from pilotage_schemas import health, localization, mapping, planning, sensors, topology
+from pilotage_schemas.message import Message, Part
+
+VERSION = 1
+PREFIX = f"pilotage/@v{VERSION}"
+EVERYONE = "*"
+"""Owner of topics that each service publishes under its own name."""
+
+Delivery = Literal["latest_wins", "never_drop"]
+ROBOT_NAME = re.compile(r"[a-z0-9_]{1,32}")
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A stream: who publishes which message, how often, and how it travels.
+
+    `rate_hz` is the usual rate, None for events; `latest_wins` keeps only the newest samples
+    of a slow consumer, `never_drop` recovers lost ones and gives late joiners the last.
+    """
+
+    name: str
+    message: type[Message]
+    owner: str
+    rate_hz: float | None
+    delivery: Delivery
+    summary: str
+
+    @property
+    def stale_after(self) -> float | None:
+        """Age in seconds beyond which the stream has stopped: max(0.5 s, 10 periods)."""
+        return None if self.rate_hz is None else max(0.5, 10.0 / self.rate_hz)
+
+
+@dataclass(frozen=True)
+class Query:
+    """A question with a typed answer: `service` owns it and answers within `timeout_s`."""
+
+    name: str
+    service: str
+    request: type[Part]
+    reply: type[Part]
+    summary: str
+    timeout_s: float = 2.0
+
+
+_TOPICS = (
+    Topic("odometry", sensors.Odometry, "robot", 20, "latest_wins", "dead reckoning"),
+    Topic("scan", sensors.LaserScan, "robot", 10, "latest_wins", "laser ranges"),
+    Topic("sonar", sensors.SonarScan, "robot", 10, "latest_wins", "sonar ring"),
+    Topic("heading", sensors.Heading, "robot", 10, "latest_wins", "compass"),
+    Topic("landmarks", sensors.LandmarkSightings, "robot", 5, "latest_wins", "seen landmarks"),
+    Topic("vertical_edges", sensors.VerticalEdges, "robot", 5, "latest_wins", "camera edges"),
+    Topic("bumper", sensors.Bumper, "robot", None, "never_drop", "collisions"),
+    Topic("description", sensors.RobotDescription, "robot", None, "never_drop", "how it is built"),
+    Topic("status", sensors.RobotStatus, "robot", 2, "latest_wins", "what the robot does"),
+    Topic("ground_truth", sensors.GroundTruth, "robot", 20, "latest_wins", "simulation only"),
+    Topic("map", mapping.OccupancyGrid, "mapper", None, "never_drop", "the map in use"),
+    Topic("map_patch", mapping.GridPatch, "mapper", None, "never_drop", "cells that changed"),
+    Topic("pose", localization.PoseEstimate, "localizer", 10, "latest_wins", "where it is"),
+    Topic("belief", localization.Belief, "localizer", 2, "latest_wins", "where it could be"),
+    Topic(
+        "velocity_command", planning.VelocityCommand, "planner", None, "latest_wins", "wanted twist"
+    ),
+    Topic("gaze_command", planning.GazeCommand, "planner", None, "latest_wins", "wanted gaze"),
+    Topic("goal", planning.Goal, "planner", None, "never_drop", "where it goes"),
+    Topic("path", planning.Path, "planner", None, "never_drop", "how it gets there"),
+    Topic("potential", planning.PotentialField, "planner", None, "never_drop", "potential field"),
+    Topic("plan", planning.ActivePlan, "planner", None, "never_drop", "the next look"),
+    Topic("topology", topology.TopologicalMap, "topology", None, "never_drop", "places and ways"),
+    Topic("node_arrival", topology.NodeArrival, "topology", None, "never_drop", "a place reached"),
+    Topic("relocalization", topology.Relocalization, "topology", None, "never_drop", "found again"),
+    Topic("heartbeat", health.Heartbeat, EVERYONE, 4, "latest_wins", "the loop is alive"),
+    Topic("health", health.Health, EVERYONE, 1, "latest_wins", "a service's account"),
+    Topic("deployment", health.Deployment, "launcher", 1, "latest_wins", "all processes"),
+)
+
+_QUERIES = (
+    Query("forward", "robot", c.Drive, c.Done, "drive forward by a distance"),
+    Query("backward", "robot", c.Drive, c.Done, "drive backward by a distance"),
+    Query("turn", "robot", c.Turn, c.Done, "turn on the spot"),
+    Query("velocity", "robot", c.Velocity, c.Done, "drive with a twist for 0.5 s"),
+    Query("stop", "robot", c.Nothing, c.Stopped, "stand still at once"),
+    Query("wander", "robot", c.Wander, c.Done, "wander by itself, or cease to"),
+    Query("kidnap", "robot", c.Kidnap, c.Kidnapped, "carry the simulated robot away"),
+    Query("set_pose", "localizer", c.SetPose, c.Done, "begin from a given pose"),
+    Query("relocalize", "localizer", c.Nothing, c.Done, "forget everything, begin from nothing"),
+    Query("set_algorithm", "localizer", c.SetAlgorithm, c.Done, "choose M1 or M2"),
+    Query("load_map", "mapper", c.LoadMap, c.MapLoaded, "use another map", 10.0),
+    Query("restart", "launcher", c.Restart, c.Done, "restart one process"),
+)
+
+TOPICS = {topic.name: topic for topic in _TOPICS}
+QUERIES = {query.name: query for query in _QUERIES}
+
+
+def topic_key(robot: str, topic: Topic, service: str) -> str:
+    """Return the key that `service` publishes `topic` under (`*` as service: of all services)."""
+    key = f"{PREFIX}/{_checked(robot)}/{topic.name}"
+    return f"{key}/{service}" if topic.owner == EVERYONE else key
+
+
+def query_key(robot: str, query: Query) -> str:
+    """Return the key that answers `query`."""
+    return f"{PREFIX}/{_checked(robot)}/@rpc/{query.service}/{query.name}"
+
+
+def presence_key(robot: str, service: str) -> str:
+    """Return the key of the presence token of `service` (`*`: of all services)."""
+    return f"{PREFIX}/{_checked(robot)}/@alive/{service}"
+
+
+def encoding(kind: type[Part]) -> str:
+    """Return the encoding that travels with each payload of this message."""
+    return f"application/cbor;{kind.__name__}.v{VERSION}"
+
+
+def _checked(robot: str) -> str:
+    if robot != "*" and not ROBOT_NAME.fullmatch(robot):
+        raise ValueError(f"robot name '{robot}' must match [a-z0-9_]{{1,32}}")
+    return robot
