@@ -93,14 +93,15 @@ def _untagged(tag: cbor2.CBORTag, _immutable: bool) -> NDArray[Any]:  # noqa: FB
 
 
 def _shaped(value: object) -> NDArray[Any]:
-    if not (isinstance(value, list) and len(value) == 2 and isinstance(value[0], list)):
-        raise ValueError("a multi-dimensional array is [[dimensions], typed array]")
-    dimensions, data = value
-    if not all(type(length) is int and length >= 0 for length in dimensions):
-        raise ValueError("dimensions must be whole numbers")
-    if not isinstance(data, np.ndarray) or math.prod(dimensions) != data.size:
+    match value:
+        case [[*dimensions], np.ndarray() as data]:
+            pass
+        case _:
+            raise ValueError("a multi-dimensional array is [[dimensions], typed array]")
+    lengths = [length for length in dimensions if type(length) is int and length >= 0]
+    if len(lengths) != len(dimensions) or math.prod(lengths) != data.size:
         raise ValueError(f"the data do not fill {dimensions}")
-    return data.reshape(dimensions)
+    return data.reshape(lengths)
 
 
 def _first_reason(error: ValidationError) -> str:

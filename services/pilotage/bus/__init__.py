@@ -1,0 +1,1 @@
+"""The bus: typed endpoints and one loop per service over Zenoh; the only code that imports it."""
