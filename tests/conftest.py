@@ -1,9 +1,12 @@
 """Fixtures that every kind of test shares."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+import processes
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
@@ -21,3 +24,19 @@ def data_dir() -> Path:
     if not folder.is_dir():
         pytest.skip(f"recorded data not found at {folder}; set PILOTAGE_DATA")
     return folder
+
+
+@pytest.fixture
+def free_port() -> int:
+    """A TCP port of this machine that nobody listens at."""
+    return processes.free_port()
+
+
+@pytest.fixture(scope="session")
+def router_endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The endpoint of a real router process, one for all tests of the session.
+
+    Tests that share it choose robot names of their own.
+    """
+    with processes.RouterProcess(tmp_path_factory.mktemp("router")) as router:
+        yield router.endpoint
