@@ -39,7 +39,7 @@ class GridGeometry:
         return self.cols * self.resolution, self.rows * self.resolution
 
     def grid_from_map(self, points_map: ArrayLike) -> NDArray[np.float64]:
-        """Return points (n, 2) of the map frame in metres from the grid's corner, along its axes."""
+        """Return points (n, 2) of the map frame in m from the grid's corner, along its axes."""
         return se2.transform_points(se2.inverse(self.origin), points_map)
 
     def cells_of(self, points_map: ArrayLike) -> NDArray[np.int64]:

@@ -1,7 +1,7 @@
 """The one place that says how kernels are compiled."""
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numba
 
@@ -14,5 +14,4 @@ def kernel(function: Function) -> Function:
     Machine code is cached on disk, so only the first start after a change compiles; the
     interpreter lock is released, so a kernel never holds up the thread that feeds the bus.
     """
-    compiled: Function = numba.njit(cache=True, nogil=True)(function)
-    return compiled
+    return cast("Function", numba.njit(cache=True, nogil=True)(function))

@@ -31,7 +31,7 @@ def inverse(pose: ArrayLike) -> Poses:
 
 
 def between(origin: ArrayLike, target: ArrayLike) -> Poses:
-    """Return `target` as seen from `origin`: `compose(origin, between(origin, target)) = target`."""
+    """Return `target` as seen from `origin`; composed with `origin` it gives `target` again."""
     return compose(inverse(origin), target)
 
 
@@ -40,7 +40,8 @@ def transform_points(pose: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
     x, y, theta = np.asarray(pose, float)
     cos, sin = np.cos(theta), np.sin(theta)
     rotation = np.array([[cos, -sin], [sin, cos]])
-    return np.asarray(points, float) @ rotation.T + np.array([x, y])
+    moved: NDArray[np.float64] = np.asarray(points, float) @ rotation.T + np.array([x, y])
+    return moved
 
 
 def interpolate(origin: ArrayLike, target: ArrayLike, fraction: float) -> Poses:
@@ -48,6 +49,6 @@ def interpolate(origin: ArrayLike, target: ArrayLike, fraction: float) -> Poses:
     a, b = np.asarray(origin, float), np.asarray(target, float)
     step = b - a
     step[2] = wrap(float(step[2]))
-    moved = a + fraction * step
+    moved: Poses = a + fraction * step
     moved[2] = wrap(float(moved[2]))
     return moved

@@ -1,11 +1,24 @@
 """Compiles every kernel once, so that no service pays for it while a robot waits.
 
-Run by deploy/setup as `python -m pilotage.core.warm_up`.
+Run by deploy/setup as `python -m pilotage.core.warm_up`. Each module with kernels has a function
+that calls them on the smallest input of the types they meet in service; here is the list.
 """
+
+from importlib import import_module
+
+WARM_UPS = [
+    "pilotage.core.cell_traversal:warm_up",
+    "pilotage.core.range_table:warm_up",
+    "pilotage.core.distance_field:warm_up",
+]
+"""`module:function`, by name because core lies below the services and may not import them."""
 
 
 def main() -> None:
-    """Call each kernel on the smallest input of the types it meets in service."""
+    """Call them all."""
+    for entry in WARM_UPS:
+        module, function = entry.split(":")
+        getattr(import_module(module), function)()
 
 
 if __name__ == "__main__":
