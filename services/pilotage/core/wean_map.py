@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pilotage.core.grid import OCCUPIED, UNKNOWN, GridGeometry, OccupancyMap
 from pilotage.core.map_image import MapFileError
+from pilotage.core.map_shades import FREE_THRESH, OCCUPIED_THRESH
 
 _HEADER_BYTES = 4096
 _SIZE = re.compile(rb"^global_map\[0\]:\s*(\d{1,6})\s+(\d{1,6})[ \t]*$", re.MULTILINE)
@@ -65,6 +66,13 @@ def _resolution(text: bytes, file: Path) -> float:
 
 
 def _cells(free: NDArray[np.float64]) -> NDArray[np.int8]:
-    """Return occupancy cells from probabilities of being free, same shape."""
-    occupancy = np.round(OCCUPIED * (1.0 - free))
-    return np.ascontiguousarray(np.where(free < 0.0, UNKNOWN, occupancy).astype(np.int8))
+    """Return occupancy cells from probabilities of being free, same shape.
+
+    Around its corridors the map guesses 0.5 to 0.8, never seen; by map_server's thresholds that
+    is unknown, and a robot cannot be there.
+    """
+    occupancy = 1.0 - free
+    is_guess = (occupancy >= FREE_THRESH) & (occupancy <= OCCUPIED_THRESH)
+    percent = np.round(OCCUPIED * occupancy)
+    cells = np.where(is_guess | (free < 0.0), UNKNOWN, percent).astype(np.int8)
+    return np.ascontiguousarray(cells)
