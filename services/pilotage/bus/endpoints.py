@@ -58,7 +58,7 @@ class Inlet:
     """What comes in by one topic: bounded, checked, counted."""
 
     traffic: Traffic
-    handler: Callable[[Any], None]
+    handler: Callable[[Any, Sample], None]
     depth: int
     pending: deque[tuple[int, Sample]] = field(default_factory=deque)
     newest: dict[str, tuple[int, int]] = field(default_factory=dict)

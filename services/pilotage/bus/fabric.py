@@ -15,6 +15,10 @@ class NoAnswerError(BusError):
     """Nobody answers this query now, or not in time."""
 
 
+class NoAnswerInTimeError(NoAnswerError):
+    """The service is there, but has not answered within the query's time limit."""
+
+
 class RefusedError(BusError):
     """The service that owns the query refused it; the text is its reason."""
 
@@ -56,7 +60,10 @@ class Fabric(Protocol):
         ...
 
     def ask(self, key: str, payload: bytes, timeout_s: float) -> bytes:
-        """Return the answer; NoAnswerError in its absence; RefusedError carries raw bytes."""
+        """Return the answer; NoAnswerError in its absence; RefusedError carries raw bytes.
+
+        May be called from any thread.
+        """
         ...
 
     def declare_presence(self, key: str) -> None:

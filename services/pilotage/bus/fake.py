@@ -3,7 +3,13 @@
 import fnmatch
 from collections.abc import Callable
 
-from pilotage.bus.fabric import NoAnswerError, Question, RefusedError, Sample
+from pilotage.bus.fabric import (
+    NoAnswerError,
+    NoAnswerInTimeError,
+    Question,
+    RefusedError,
+    Sample,
+)
 from pilotage_schemas.topics import Delivery
 
 
@@ -63,7 +69,7 @@ class FakeFabric:
         if refusals:
             raise RefusedError(refusals[0])
         if not replies:
-            raise NoAnswerError(f"no answer within {timeout_s:g} s")
+            raise NoAnswerInTimeError(f"no answer within {timeout_s:g} s")
         return replies[0]
 
     def declare_presence(self, key: str) -> None:

@@ -100,6 +100,12 @@ class Node:
         A stream keeps its newest `depth` samples while the service is busy; a topic that must
         not drop keeps them all (up to 1000).
         """
+        self.subscribe_samples(topic_name, lambda message, _sample: handler(message), depth)
+
+    def subscribe_samples(
+        self, topic_name: str, handler: Callable[[Any, Sample], None], depth: int | None = None
+    ) -> None:
+        """Subscribe, handing `handler` the bytes and the key of each message with it."""
         topic = TOPICS[topic_name]
         default = STREAM_DEPTH if topic.delivery == "latest_wins" else EVENT_DEPTH
         inlet = Inlet(self.vitals.traffic(topic, "in"), handler, depth or default)
@@ -196,6 +202,11 @@ class Node:
         self._stopping = True
         self._wake.set()
 
+    @property
+    def is_stopping(self) -> bool:
+        """Whether `stop` has been called."""
+        return self._stopping
+
     def warn(self, source: str, text: str) -> None:
         """Log a warning, once per source and minute."""
         self.vitals.last_error = f"{source}: {text}"
@@ -237,7 +248,7 @@ class Node:
             inlet.traffic.dropped += 1
             self.warn(sample.key.rsplit("/", 1)[-1], f"dropped a sample: {error}")
             return
-        inlet.handler(message)
+        inlet.handler(message, sample)
 
     def _run_due_timers(self) -> None:
         now = self.clock.monotonic()

@@ -36,15 +36,26 @@ between fork and exec is not safe in a process with Zenoh's threads)."""
 PR_SET_PDEATHSIG = 1
 
 Config = TypeVar("Config", bound=Settings)
+Service = TypeVar("Service")
+
+
+def run_node(node: Node, _service: object) -> None:
+    """Say that the service is ready and run the node's own loop until it is stopped."""
+    node.ready()
+    node.run()
 
 
 def run_service(
-    name: str, settings: type[Config], build: Callable[[Config, Node, Deployment], object]
+    name: str,
+    settings: type[Config],
+    build: Callable[[Config, Node, Deployment], Service],
+    live: Callable[[Node, Service], None] = run_node,
 ) -> int:
     """Run the service until it is asked to stop; return the exit code.
 
     `build(settings, node, deployment)` subscribes, answers and publishes on the node; what it
-    returns is kept alive until the end. 2: bad settings; 1: no router.
+    returns is kept alive until the end. `live(node, service)` lasts until the node is stopped;
+    a service that has a loop of its own steps the node there. 2: bad settings; 1: no router.
     """
     prepare_process(name)
     try:
@@ -52,9 +63,7 @@ def run_service(
         config = service_settings(deployment, name, settings)
         with open_node(name, deployment) as node:
             service = build(config, node, deployment)
-            node.ready()
-            node.run()
-            del service
+            live(node, service)
     except ConfigError as error:
         return complain(name, error, 2)
     except BusError as error:

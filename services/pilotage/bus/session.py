@@ -12,7 +12,14 @@ from contextlib import contextmanager
 import zenoh
 import zenoh.ext
 
-from pilotage.bus.fabric import BusError, NoAnswerError, Question, RefusedError, Sample
+from pilotage.bus.fabric import (
+    BusError,
+    NoAnswerError,
+    NoAnswerInTimeError,
+    Question,
+    RefusedError,
+    Sample,
+)
 from pilotage_schemas.topics import Delivery
 
 LEASE_MS = 1000
@@ -130,7 +137,7 @@ class ZenohFabric:
             if reply.err is not None:
                 reason = reply.err.payload.to_bytes()
                 if reason == b"Timeout":
-                    raise NoAnswerError(f"no answer within {timeout_s:g} s")
+                    raise NoAnswerInTimeError(f"no answer within {timeout_s:g} s")
                 raise RefusedError(reason)
         raise NoAnswerError("the service is not running")
 
