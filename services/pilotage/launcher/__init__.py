@@ -1,0 +1,1 @@
+"""The launcher: starts the processes of a deployment, watches them, restarts what dies or hangs."""

@@ -1,0 +1,100 @@
+"""The `pilotage` command. Each subcommand imports what it needs when it is called.
+
+Bad arguments and unreadable input end with exit code 2 and one line that says what is wrong.
+"""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pilotage import __version__
+from pilotage.bus.deployment import ConfigError
+
+BAD_INPUT = 2
+FORCED = 130
+DEMO = Path(__file__).resolve().parents[2] / "deploy" / "config" / "demo.yaml"
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _print_version(wanted: bool) -> None:  # noqa: FBT001 - the signature of an option's callback
+    if wanted:
+        sys.stdout.write(f"pilotage {__version__}\n")
+        raise typer.Exit
+
+
+@app.callback()
+def _pilotage(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and end."
+        ),
+    ] = False,
+) -> None:
+    """Tell a mobile robot where it is, from an unknown start, and say so when it is not known."""
+
+
+@app.command()
+def up(
+    file: Annotated[
+        Path | None, typer.Argument(help="Deployment; without one the demo.", show_default=False)
+    ] = None,
+    port: Annotated[
+        int | None, typer.Option(min=1, max=65535, help="Port of the page.", show_default=False)
+    ] = None,
+    robot: Annotated[
+        str | None, typer.Option(help="Name of the robot.", show_default=False)
+    ] = None,
+    endpoint: Annotated[
+        str | None,
+        typer.Option(help="Router to use or to start, tcp/HOST:PORT.", show_default=False),
+    ] = None,
+    browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,  # noqa: FBT002 - the same
+) -> int:
+    """Start and supervise every process of a deployment; Ctrl-C ends them all."""
+    from pilotage.launcher.browser import open_page  # noqa: PLC0415 - see above
+    from pilotage.launcher.effective import Overrides  # noqa: PLC0415 - see above
+    from pilotage.launcher.run import launch  # noqa: PLC0415 - see above
+
+    overrides = Overrides(robot=robot, endpoint=endpoint, port=port)
+    show = open_page if browser else lambda _address: None
+    return launch(file or _demo(), overrides, show)
+
+
+def _demo() -> Path:
+    if not DEMO.is_file():
+        raise ConfigError(
+            "the demo belongs to the checkout, not to the installed package: name a deployment file"
+        )
+    return DEMO
+
+
+def main() -> None:
+    """Run the command line and end the process with its exit code."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command and return its exit code; errors in the input are told in one line."""
+    try:
+        code = app(arguments or ["--help"], prog_name="pilotage", standalone_mode=False)
+    except typer.TyperException as error:
+        return _complain(error.format_message(), BAD_INPUT)
+    except ConfigError as error:
+        return _complain(str(error), BAD_INPUT)
+    except (typer.Abort, KeyboardInterrupt):
+        return _complain("interrupted", FORCED)
+    return code if isinstance(code, int) else 0
+
+
+def _complain(reason: str, code: int) -> int:
+    sys.stderr.write(f"pilotage: {' '.join(reason.split())}\n")
+    return code

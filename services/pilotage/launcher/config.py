@@ -1,0 +1,24 @@
+"""Settings of the launcher, section `launcher` of a deployment."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from pilotage.bus.deployment import Settings
+
+Seconds = Annotated[float, Field(gt=0.0, le=600.0, allow_inf_nan=False)]
+
+
+class LauncherSettings(Settings):
+    """How patient the launcher is; nobody needs to set anything.
+
+    `start_limit` [s]: time to the first heartbeat; a cold cache compiles for up to 30 s on two
+    busy cores. `hang_grace` [s]: what a late service gets before it is ended, twice its limit;
+    on a loaded machine (8 busy loops on 2 cores) beats were up to 0.7 s late. `stop_within` [s]:
+    time for all to end by themselves. `keep_runs`: run folders that are kept.
+    """
+
+    start_limit: Seconds = 60.0
+    hang_grace: Seconds = 2.0
+    stop_within: Seconds = 3.0
+    keep_runs: Annotated[int, Field(ge=1, le=1000)] = 5
