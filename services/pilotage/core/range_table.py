@@ -71,6 +71,11 @@ def _sweep_all(
         offsets, distances = _trace(first_x - start[1], first_y - start[0], theta, max_cells)
         ranges = (distances * fine.resolution).astype(np.float32)
         _sweep(walls, offsets + np.array(start), ranges, table[k])
+    for axis, (first, count) in enumerate(zip(start, fine.shape, strict=True)):
+        centres = first + ratio * np.arange(geometry.shape[axis])
+        outside = np.flatnonzero((centres < 0) | (centres >= count))
+        # A ray that starts outside the map sees nothing of it, as in `cast_rays`.
+        table[(slice(None),) * (axis + 1) + (outside,)] = range_max
     return table
 
 
