@@ -30,8 +30,7 @@ class Nd:
     Args:
         dtype: numpy name, e.g. "float32".
         axes: comma-separated, e.g. "n,4" or "rows,cols".
-        finite: refuse NaN and infinities.
-        infinite: with `finite=False`: allow +infinity ("no return") but still refuse NaN.
+        finite: refuse NaN and infinities; else +infinity ("no return") is allowed, NaN is not.
     """
 
     dtype: str

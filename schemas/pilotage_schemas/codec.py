@@ -2,11 +2,12 @@
 
 Decoding refuses what a healthy sender never produces: unknown fields, wrong dtypes or shapes,
 numbers that are not finite where they must be, trailing bytes, duplicate keys, deep nesting,
-unknown tags, oversize payloads. It raises `DecodeError` and nothing else.
+tags other than those of arrays, oversize payloads. It raises `DecodeError` and nothing else.
 """
 
 import io
 import math
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 import cbor2
@@ -18,6 +19,7 @@ from pilotage_schemas.message import Part
 
 MAX_PAYLOAD = 70_000_000
 MAX_DEPTH = 16
+MAX_REASON = 300
 ROW_MAJOR = 40
 """Tag of a multi-dimensional array: [[dimensions], typed array] (RFC 8746, section 3.1.1)."""
 
@@ -26,6 +28,10 @@ DTYPE_OF_TAG = {64: "<u1", 72: "|i1", 69: "<u2", 70: "<u4", 77: "<i2", 78: "<i4"
     85: "<f4",
     86: "<f8",
 }
+LOW_TAGS_OF_CBOR2 = (*range(6), 25, 28, 29, 30, 35, 36, 37, 52, 54, 100)
+TAGS_OF_CBOR2 = (*LOW_TAGS_OF_CBOR2, 256, 258, 260, 261, 1004, 43000, 55799)
+"""Dates, big numbers, patterns, references, addresses, sets: refused, and never even built."""
+
 TAG_OF_DTYPE = {np.dtype(name): tag for tag, name in DTYPE_OF_TAG.items()}
 
 Decoded = TypeVar("Decoded", bound=Part)
@@ -49,7 +55,7 @@ def decode(kind: type[Decoded], payload: bytes) -> Decoded:
     try:
         return kind.model_validate(fields)
     except ValidationError as error:
-        raise DecodeError(f"{kind.__name__}: {_first_reason(error)}") from error
+        raise DecodeError(_one_line(f"{kind.__name__}: {_first_reason(error)}")) from error
 
 
 def _encode_special(encoder: cbor2.CBOREncoder, value: object) -> None:
@@ -74,10 +80,15 @@ def _load(payload: bytes) -> object:
     stream = io.BytesIO(payload)
     try:
         value: object = cbor2.CBORDecoder(
-            stream, tag_hook=_untagged, allow_duplicate_keys=False, max_depth=MAX_DEPTH
+            stream,
+            tag_hook=_untagged,
+            semantic_decoders=REFUSALS,
+            allow_duplicate_keys=False,
+            allow_indefinite=False,
+            max_depth=MAX_DEPTH,
         ).decode()
     except (cbor2.CBORError, ValueError, TypeError, OverflowError, MemoryError) as error:
-        raise DecodeError(f"not valid CBOR: {str(error).splitlines()[0][:200]}") from error
+        raise DecodeError(_one_line(f"not valid CBOR: {error.__cause__ or error}")) from error
     if stream.tell() != len(payload):
         raise DecodeError("bytes are left over after the message")
     return value
@@ -104,7 +115,23 @@ def _shaped(value: object) -> NDArray[Any]:
     return data.reshape(lengths)
 
 
+def _refuse(tag: int) -> Callable[[object, bool], object]:
+    def refuse(_value: object, _immutable: bool) -> object:  # noqa: FBT001 - cbor2's signature
+        raise ValueError(f"tag {tag} has no place in a message")
+
+    return refuse
+
+
+REFUSALS = {tag: _refuse(tag) for tag in TAGS_OF_CBOR2}
+
+
 def _first_reason(error: ValidationError) -> str:
     first = error.errors(include_url=False, include_input=False)[0]
     place = ".".join(str(part) for part in first["loc"]) or "message"
     return f"{place}: {first['msg']}"
+
+
+def _one_line(reason: str) -> str:
+    """Return the reason short and printable: it may quote the sender."""
+    printable = "".join(c if c.isprintable() else " " for c in reason[:MAX_REASON])
+    return " ".join(printable.split())

@@ -35,7 +35,10 @@ def _resolve(value: object, info: ValidationInfo) -> object:
     if not isinstance(value, str):
         return value
     base = info.context["base"] if info.context else Path.cwd()
-    return base / Path(_expanded(value)).expanduser()
+    try:
+        return base / Path(_expanded(value)).expanduser()
+    except RuntimeError as error:
+        raise ValueError(str(error)) from error
 
 
 def _expanded(text: str) -> str:
@@ -90,11 +93,11 @@ def read_deployment(path: Path) -> Deployment:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise ConfigError(f"{path}: cannot be read: {reason}") from error
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ConfigError(f"{path}: not valid YAML: {_one_line(error)}") from error
     if not isinstance(data, dict):
         raise ConfigError(f"{path}: a map of settings is needed")
-    base = Path(data.get("base") or path.resolve().parent)
+    base = Path(str(data.get("base") or path.resolve().parent))
     return _validated(Deployment, data | {"base": base}, base, str(path))
 
 

@@ -1,11 +1,12 @@
 """Typed ends of the bus: publishers that number their messages, inlets that check them."""
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Generic, Literal, TypeVar
+from typing import Any, Generic, Literal, Protocol, TypeVar
 
+from pilotage.bus.clock import Clock
 from pilotage.bus.fabric import Question, RefusedError, Sample
+from pilotage.bus.inbox import Inbox
 from pilotage_schemas.codec import DecodeError, decode, encode
 from pilotage_schemas.commands import Refused
 from pilotage_schemas.message import Message, Part
@@ -15,6 +16,11 @@ Sent = TypeVar("Sent", bound=Message)
 
 REORDER_WINDOW = 100
 """A `seq` this little below the newest is a late sample; one further below, a new publisher."""
+
+MAX_SENDERS = 1000
+"""Keys of one topic whose newest sample is remembered; the longest known is forgotten first."""
+
+MAX_QUESTIONS = 100
 
 STALE_FLOOR_S = 5.0
 """A sensor sample older than this (and than ten times its topic's limit) is of no use."""
@@ -50,7 +56,32 @@ class Publisher(Generic[Sent]):
 
 
 class RejectedError(ValueError):
-    """A sample that must not reach its handler; the text says why."""
+    """Something that must not reach its handler: where it came from, and why not."""
+
+    def __init__(self, source: str, reason: str) -> None:
+        super().__init__(reason)
+        self.source = source
+
+
+class Source(Protocol):
+    """Where work for the loop comes from."""
+
+    inbox: Inbox[Any]
+
+    def handle_next(self, clock: Clock) -> None:
+        """Do the oldest piece of work; RejectedError when it is no good."""
+        ...
+
+
+@dataclass
+class Calls:
+    """Functions to be called by the loop."""
+
+    inbox: Inbox[Callable[[], None]]
+
+    def handle_next(self, _clock: Clock) -> None:
+        """Call the oldest."""
+        self.inbox.take()()
 
 
 @dataclass
@@ -59,41 +90,64 @@ class Inlet:
 
     traffic: Traffic
     handler: Callable[[Any, Sample], None]
-    depth: int
-    pending: deque[tuple[int, Sample]] = field(default_factory=deque)
+    inbox: Inbox[Sample]
     newest: dict[str, tuple[int, int]] = field(default_factory=dict)
 
-    def enqueue(self, arrival: int, sample: Sample) -> None:
-        """Keep the newest `depth` samples; of streams the older ones make room."""
-        self.pending.append((arrival, sample))
-        if len(self.pending) > self.depth:
-            self.pending.popleft()
+    def handle_next(self, clock: Clock) -> None:
+        """Hand the oldest message to the handler; count it, and whether it was no good."""
+        self._count_lost(self.inbox.lost())
+        sample = self.inbox.take()
+        self.traffic.count += 1
+        try:
+            message = self.admit(sample, clock.now_ns())
+        except RejectedError:
+            self.traffic.dropped += 1
+            raise
+        self.handler(message, sample)
 
     def admit(self, sample: Sample, now_ns: int) -> Message:
         """Return the message, or raise RejectedError: malformed, stale or out of order."""
         try:
             message = decode(self.traffic.topic.message, sample.payload)
         except DecodeError as error:
-            raise RejectedError(str(error)) from error
-        self._check_age(message, now_ns)
-        self._check_order(message, sample.key)
-        self.newest[sample.key] = (message.seq, message.stamp_ns)
-        self.traffic.last_stamp_ns = message.stamp_ns
+            raise RejectedError(sample.source, str(error)) from error
+        reason = self._too_old(message, now_ns) or self._out_of_order(message, sample.key)
+        if reason is not None:
+            raise RejectedError(sample.source, reason)
+        self._remember(sample.key, message)
         return message
 
-    def _check_age(self, message: Message, now_ns: int) -> None:
+    def _too_old(self, message: Message, now_ns: int) -> str | None:
         limit = self.traffic.topic.stale_after
-        if limit is None:
-            return
         age = (now_ns - message.stamp_ns) / 1e9
-        if age > max(STALE_FLOOR_S, 10.0 * limit):
-            raise RejectedError(f"stale: {age:.1f} s old (are the clocks in step?)")
+        if limit is None or age <= max(STALE_FLOOR_S, 10.0 * limit):
+            return None
+        return f"stale: {age:.1f} s old (are the clocks in step?)"
 
-    def _check_order(self, message: Message, key: str) -> None:
+    def _out_of_order(self, message: Message, key: str) -> str | None:
         seq, stamp_ns = self.newest.get(key, (-1, -1))
-        is_late = 0 <= seq - message.seq < REORDER_WINDOW
-        if is_late and message.stamp_ns <= stamp_ns:
-            raise RejectedError(f"out of order: number {message.seq} after {seq}")
+        is_late = 0 <= seq - message.seq < REORDER_WINDOW and message.stamp_ns <= stamp_ns
+        return f"out of order: number {message.seq} after {seq}" if is_late else None
+
+    def _remember(self, key: str, message: Message) -> None:
+        if key not in self.newest and len(self.newest) >= MAX_SENDERS:
+            del self.newest[next(iter(self.newest))]
+        self.newest[key] = (message.seq, message.stamp_ns)
+        self.traffic.last_stamp_ns = message.stamp_ns
+
+    def _count_lost(self, lost: int) -> None:
+        """Count samples that had to make room; only of events are they a loss."""
+        self.traffic.count += lost
+        if self.traffic.topic.delivery == "never_drop":
+            self.traffic.dropped += lost
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A question and when it came, in the clock's monotonic seconds."""
+
+    question: Question
+    at: float
 
 
 @dataclass
@@ -102,14 +156,25 @@ class Desk:
 
     query: Query
     handler: Callable[[Any], Part]
-    pending: deque[tuple[int, Question]] = field(default_factory=deque)
+    inbox: Inbox[Asked] = field(default_factory=lambda: Inbox(MAX_QUESTIONS))
+
+    def handle_next(self, clock: Clock) -> None:
+        """Answer the oldest question, unless whoever asked has given up by now."""
+        asked = self.inbox.take()
+        if clock.monotonic() - asked.at > self.query.timeout_s:
+            asked.question.refuse(refusal("the service was too busy to begin in time"))
+            raise RejectedError(self.query.name, "the question waited longer than its time limit")
+        self.answer(asked.question)
 
     def answer(self, question: Question) -> None:
         """Reply with what the handler returns, or with its refusal."""
         try:
             request = decode(self.query.request, question.payload)
             reply = self.handler(request)
-        except (DecodeError, RefusedError) as error:
+        except DecodeError as error:
+            question.refuse(refusal(str(error)))
+            raise RejectedError(self.query.name, str(error)) from error
+        except RefusedError as error:
             question.refuse(refusal(str(error)))
         except Exception:
             question.refuse(refusal("the service failed while carrying it out"))

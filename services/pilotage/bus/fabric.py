@@ -30,6 +30,11 @@ class Sample:
     key: str
     payload: bytes
 
+    @property
+    def source(self) -> str:
+        """The last part of the key: the topic, or the service where each publishes its own."""
+        return self.key.rsplit("/", 1)[-1]
+
 
 @dataclass(frozen=True)
 class Question:

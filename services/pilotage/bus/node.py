@@ -7,25 +7,27 @@ arrival, on the caller's thread. So handlers need no locks, and tests need no th
 import contextlib
 import itertools
 import logging
-import threading
-from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from pilotage.bus.clock import Clock
 from pilotage.bus.endpoints import (
+    Asked,
+    Calls,
     Desk,
     Inlet,
     Publisher,
     RejectedError,
+    Source,
     reason_of,
 )
-from pilotage.bus.fabric import Fabric, Question, RefusedError, Sample
+from pilotage.bus.fabric import BusError, Fabric, Question, RefusedError, Sample
+from pilotage.bus.inbox import Inbox, Wake
 from pilotage.bus.vitals import Vitals
-from pilotage_schemas.codec import decode, encode
+from pilotage_schemas.codec import DecodeError, decode, encode
 from pilotage_schemas.health import Heartbeat
-from pilotage_schemas.message import Message, Part
+from pilotage_schemas.message import Part
 from pilotage_schemas.topics import (
     EVERYONE,
     QUERIES,
@@ -43,7 +45,9 @@ STARTING_LIMIT_S = 60.0
 HEALTH_S = 1.0
 STREAM_DEPTH = 16
 EVENT_DEPTH = 1000
+CALL_DEPTH = 1000
 WARN_EVERY_S = 60.0
+MAX_WARNED = 1000
 
 
 @dataclass
@@ -67,13 +71,12 @@ class Node:
         self.log = logging.getLogger(f"pilotage.{name}")
         self._state: Literal["starting", "ready", "busy"] = "starting"
         self._arrivals = itertools.count()
-        self._inlets: list[Inlet] = []
-        self._desks: list[Desk] = []
-        self._calls: deque[tuple[int, Callable[[], None]]] = deque()
+        self._calls = Calls(Inbox(CALL_DEPTH))
+        self._sources: list[Source] = [self._calls]
         self._timers: list[Timer] = []
         self._publishers: dict[str, Publisher[Any]] = {}
         self._warned: dict[str, float] = {}
-        self._wake = threading.Event()
+        self._wake = Wake()
         self._stopping = False
         self.vitals = Vitals(name, clock)
         self._heartbeat: Publisher[Heartbeat] = self.publisher("heartbeat")
@@ -108,12 +111,12 @@ class Node:
         """Subscribe, handing `handler` the bytes and the key of each message with it."""
         topic = TOPICS[topic_name]
         default = STREAM_DEPTH if topic.delivery == "latest_wins" else EVENT_DEPTH
-        inlet = Inlet(self.vitals.traffic(topic, "in"), handler, depth or default)
-        self._inlets.append(inlet)
+        inlet = Inlet(self.vitals.traffic(topic, "in"), handler, Inbox(depth or default))
+        self._sources.append(inlet)
         key = topic_key(self.robot, topic, "*")
 
         def enqueue(sample: Sample) -> None:
-            inlet.enqueue(next(self._arrivals), sample)
+            inlet.inbox.put(next(self._arrivals), sample)
             self._notify()
 
         self.fabric.declare_subscriber(key, topic.delivery, enqueue)
@@ -124,10 +127,11 @@ class Node:
         if query.service != self.name:
             raise ValueError(f"{query_name} belongs to {query.service}, not to {self.name}")
         desk = Desk(query, handler)
-        self._desks.append(desk)
+        self._sources.append(desk)
 
         def enqueue(question: Question) -> None:
-            desk.pending.append((next(self._arrivals), question))
+            asked = Asked(question, self.clock.monotonic())
+            desk.inbox.put(next(self._arrivals), asked)
             self._notify()
 
         self.fabric.declare_queryable(query_key(self.robot, query), enqueue)
@@ -146,7 +150,10 @@ class Node:
             )
         except RefusedError as error:
             raise RefusedError(reason_of(error)) from error
-        return decode(query.reply, payload)
+        try:
+            return decode(query.reply, payload)
+        except DecodeError as error:
+            raise BusError(f"{query_name} was answered with something else: {error}") from error
 
     def every(self, period: float, handler: Callable[[], None]) -> None:
         """Call `handler` every `period` seconds, from now on."""
@@ -157,7 +164,7 @@ class Node:
 
         def enqueue(key: str, present: bool) -> None:  # noqa: FBT001 - the fabric's signature
             service = key.rsplit("/", 1)[-1]
-            self._calls.append((next(self._arrivals), lambda: handler(service, present)))
+            self._calls.inbox.put(next(self._arrivals), lambda: handler(service, present))
             self._notify()
 
         self.fabric.watch_presence(presence_key(self.robot, "*"), enqueue)
@@ -183,7 +190,7 @@ class Node:
 
     def step(self) -> float:
         """Handle all that has come and all that is due; return seconds until the next timer."""
-        while self._handle_oldest():
+        while not self._stopping and self._handle_oldest():
             self._run_due_timers()
         self._run_due_timers()
         now = self.clock.monotonic()
@@ -191,16 +198,14 @@ class Node:
 
     def run(self) -> None:
         """Step until `stop`."""
-        self.on_arrival = self._wake.set
+        self.on_arrival = self._wake.call
         while not self._stopping:
-            pause = self.step()
-            self._wake.wait(pause)
-            self._wake.clear()
+            self._wake.wait(self.step())
 
     def stop(self) -> None:
-        """Let `run` return after the present step; may be called from anywhere."""
+        """Let `run` return after the present handler; may be called from anywhere."""
         self._stopping = True
-        self._wake.set()
+        self._wake.call()
 
     @property
     def is_stopping(self) -> bool:
@@ -212,6 +217,8 @@ class Node:
         self.vitals.last_error = f"{source}: {text}"
         now = self.clock.monotonic()
         if now - self._warned.get(source, -WARN_EVERY_S) >= WARN_EVERY_S:
+            if len(self._warned) >= MAX_WARNED:
+                self._warned.clear()
             self._warned[source] = now
             self.log.warning("%s: %s", source, text)
 
@@ -219,42 +226,24 @@ class Node:
         self.on_arrival()
 
     def _handle_oldest(self) -> bool:
-        queues: list[Any] = [
-            *(q for q in (self._calls,) if q),
-            *(i for i in self._inlets if i.pending),
-            *(d for d in self._desks if d.pending),
-        ]
-        if not queues:
+        arrivals = ((source.inbox.oldest(), source) for source in self._sources)
+        waiting = [(arrival, source) for arrival, source in arrivals if arrival is not None]
+        if not waiting:
             return False
-        oldest = min(queues, key=lambda q: (q if isinstance(q, deque) else q.pending)[0][0])
-        self._handle_one_of(oldest)
-        return True
-
-    def _handle_one_of(self, source: Any) -> None:  # noqa: ANN401 - one of three kinds, told apart here
-        match source:
-            case Inlet():
-                self._handle_sample(source)
-            case Desk():
-                source.answer(source.pending.popleft()[1])
-            case _:
-                source.popleft()[1]()
-
-    def _handle_sample(self, inlet: Inlet) -> None:
-        _, sample = inlet.pending.popleft()
-        inlet.traffic.count += 1
+        _, source = min(waiting, key=lambda entry: entry[0])
         try:
-            message: Message = inlet.admit(sample, self.clock.now_ns())
+            source.handle_next(self.clock)
         except RejectedError as error:
-            inlet.traffic.dropped += 1
-            self.warn(sample.key.rsplit("/", 1)[-1], f"dropped a sample: {error}")
-            return
-        inlet.handler(message, sample)
+            self.vitals.bad_questions += isinstance(source, Desk)
+            self.warn(error.source, f"dropped: {error}")
+        return True
 
     def _run_due_timers(self) -> None:
         now = self.clock.monotonic()
         for timer in self._timers:
             if timer.due <= now:
-                timer.due = max(timer.due + timer.period, now)
+                due = timer.due + timer.period
+                timer.due = due if due > now else now + timer.period
                 timer.handler()
 
     def _beat(self, within: float) -> None:

@@ -6,6 +6,7 @@ when a receiver is descheduled: zenoh issue 2628).
 """
 
 import json
+import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -105,7 +106,14 @@ class ZenohFabric:
             else self._advanced_publisher(key, encoding)
         )
         self._declared.append(publisher)
-        return publisher.put
+
+        def put(payload: bytes) -> None:
+            try:
+                publisher.put(payload)
+            except zenoh.ZError as error:
+                raise BusError(f"{key} cannot be published: {error}") from error
+
+        return put
 
     def declare_subscriber(
         self, key: str, delivery: Delivery, on_sample: Callable[[Sample], None]
@@ -131,7 +139,11 @@ class ZenohFabric:
 
     def ask(self, key: str, payload: bytes, timeout_s: float) -> bytes:
         """Return the answer to a query; NoAnswerError or RefusedError otherwise."""
-        for reply in self._session.get(key, payload=payload, timeout=timeout_s):
+        try:
+            replies = self._session.get(key, payload=payload, timeout=timeout_s)
+        except zenoh.ZError as error:
+            raise BusError(f"{key} cannot be asked: {error}") from error
+        for reply in replies:
             if reply.ok is not None:
                 return reply.ok.payload.to_bytes()
             if reply.err is not None:
@@ -191,15 +203,24 @@ class ZenohFabric:
 
 def _replier(query: zenoh.Query, key: str) -> Callable[[bytes], None]:
     def reply(payload: bytes) -> None:
-        query.reply(key, payload)
-        query.drop()  # type: ignore[no-untyped-call]  # zenoh's stub lacks it
+        with _asker_may_be_gone(query):
+            query.reply(key, payload)
 
     return reply
 
 
 def _refuser(query: zenoh.Query) -> Callable[[bytes], None]:
     def refuse(payload: bytes) -> None:
-        query.reply_err(payload)
-        query.drop()  # type: ignore[no-untyped-call]  # zenoh's stub lacks it
+        with _asker_may_be_gone(query):
+            query.reply_err(payload)
 
     return refuse
+
+
+@contextmanager
+def _asker_may_be_gone(query: zenoh.Query) -> Iterator[None]:
+    try:
+        yield
+        query.drop()  # type: ignore[no-untyped-call]  # zenoh's stub lacks it
+    except zenoh.ZError as error:
+        logging.getLogger("pilotage.bus").warning("an answer could not be sent: %s", error)
