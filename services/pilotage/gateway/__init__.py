@@ -1,0 +1,1 @@
+"""The gateway: the robot over HTTP, server-sent events and WebSocket, and the page."""

@@ -1,0 +1,53 @@
+"""What happened, for people: the newest few hundred events, numbered."""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+KEPT = 300
+
+Severity = Literal["info", "warning", "fault"]
+Kind = Literal["localization", "service", "link", "command", "refusal", "kidnap", "map"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """One event; `id` grows and is unique across restarts of the gateway: Unix time in us."""
+
+    id: int
+    stamp_ns: int
+    kind: Kind
+    severity: Severity
+    text: str
+
+
+class EventLog:
+    """A ring of events and those who wait for the next."""
+
+    def __init__(self) -> None:
+        self._events: deque[Event] = deque(maxlen=KEPT)
+        self._listeners: set[Callable[[], None]] = set()
+
+    def append(self, stamp_ns: int, kind: Kind, severity: Severity, text: str) -> Event:
+        """Add an event and tell the listeners."""
+        number = stamp_ns // 1000
+        if self._events:
+            number = max(number, self._events[-1].id + 1)
+        event = Event(number, stamp_ns, kind, severity, text)
+        self._events.append(event)
+        for listener in list(self._listeners):
+            listener()
+        return event
+
+    def after(self, event_id: int) -> list[Event]:
+        """Return the kept events with a greater id, oldest first."""
+        return [event for event in self._events if event.id > event_id]
+
+    def listen(self, listener: Callable[[], None]) -> None:
+        """Call `listener` at each new event, until `unlisten`."""
+        self._listeners.add(listener)
+
+    def unlisten(self, listener: Callable[[], None]) -> None:
+        """Cease to call `listener`."""
+        self._listeners.discard(listener)

@@ -1,0 +1,74 @@
+"""Commands: one route per query of the registry, so that each is documented with its types."""
+
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from fastapi import APIRouter, Depends, Request
+from fastapi.responses import JSONResponse
+
+from pilotage.gateway.json_form import BadRequestError, from_json, schema_of, to_json
+from pilotage.gateway.problems import ProblemError, responses
+from pilotage.gateway.routes.shared import ROBOT_PREFIX, Robot, ok, operator_only
+from pilotage_schemas.topics import QUERIES, Query
+
+router = APIRouter(tags=["commands"], dependencies=[Depends(operator_only)])
+
+POSE = {"x": 12.5, "y": 3.0, "theta": 1.57}
+COVARIANCE = [[0.25, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 0.07]]
+EXAMPLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "forward": ({"distance": 1.0, "speed": 0.3}, {"detail": ""}),
+    "backward": ({"distance": 0.5}, {"detail": ""}),
+    "turn": ({"angle": 1.57, "rate": 0.6}, {"detail": ""}),
+    "velocity": ({"twist": {"vx": 0.3, "vy": 0.0, "omega": 0.2}}, {"detail": ""}),
+    "stop": ({}, {"after": 0.08}),
+    "wander": ({"enabled": True}, {"detail": ""}),
+    "kidnap": ({"pose": POSE}, {"pose": POSE}),
+    "set_pose": ({"pose": POSE, "covariance": COVARIANCE}, {"detail": ""}),
+    "relocalize": ({}, {"detail": ""}),
+    "set_algorithm": ({"algorithm": "m2", "recovery_weight": 1.0}, {"detail": ""}),
+    "load_map": (
+        {"path": "maps/office.yaml"},
+        {"map_id": "5f3c0a9be2d41c77", "rows": 800, "cols": 1200},
+    ),
+    "restart": ({"service": "localizer"}, {"detail": ""}),
+}
+"""Request and reply of each command, shown in the API's description."""
+
+
+def _command(query: Query) -> Callable[[Request, Robot], Awaitable[JSONResponse]]:
+    async def command(request: Request, service: Robot) -> JSONResponse:
+        try:
+            wanted = from_json(query.request, await request.body())
+        except BadRequestError as error:
+            raise ProblemError(422, str(error)) from error
+        return JSONResponse(to_json(await service.commander.carry_out(query, wanted)))
+
+    return command
+
+
+def _body(query: Query) -> dict[str, Any]:
+    request, _ = EXAMPLES[query.name]
+    schema = schema_of(query.request, is_reply=False)
+    content = {"application/json": {"schema": schema, "example": request}}
+    return {"requestBody": {"required": bool(schema.get("required")), "content": content}}
+
+
+for known in QUERIES.values():
+    router.add_api_route(
+        f"{ROBOT_PREFIX}/commands/{known.name}",
+        _command(known),
+        methods=["POST"],
+        name=f"command_{known.name}",
+        summary=known.summary.capitalize(),
+        description=f"Carried out by {known.service}, which answers within {known.timeout_s:g} s.",
+        openapi_extra=_body(known),
+        responses=ok(schema_of(known.reply), EXAMPLES[known.name][1])
+        | responses(404, 409, 413, 422, 429, 502, 503, 504),
+    )
+
+
+@router.post(f"{ROBOT_PREFIX}/commands/{{name}}", include_in_schema=False)
+async def unknown_command(service: Robot, name: str) -> None:
+    """Say which commands there are."""
+    known = ", ".join(QUERIES)
+    raise ProblemError(404, f"{service.robot} knows no command {name!r}; there are {known}")

@@ -1,0 +1,119 @@
+"""The map in use, as facts, as a picture and as map_server's files."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from fastapi import APIRouter, Request, Response
+from fastapi.responses import JSONResponse
+
+from pilotage.gateway import map_image
+from pilotage.gateway.json_form import schema_of
+from pilotage.gateway.problems import responses
+from pilotage.gateway.routes.shared import ROBOT_PREFIX, Robot, newest_of, ok
+from pilotage.gateway.service import GatewayService
+from pilotage_schemas.geometry import Pose2
+from pilotage_schemas.mapping import OccupancyGrid
+
+router = APIRouter(tags=["map"])
+
+META_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "required": ["map_id", "name", "resolution", "origin", "rows", "cols", "stamp_ns"],
+    "properties": {
+        "map_id": {"type": "string", "description": "names the content; the ETag of its files"},
+        "name": {"type": "string"},
+        "resolution": {"type": "number", "description": "side of a cell in m"},
+        "origin": schema_of(Pose2)
+        | {"description": "outer corner of cell (0, 0), which is the image's bottom left"},
+        "rows": {"type": "integer"},
+        "cols": {"type": "integer"},
+        "stamp_ns": {"type": "integer"},
+    },
+}
+META_EXAMPLE = {
+    "map_id": "5f3c0a9be2d41c77",
+    "name": "office",
+    "resolution": 0.05,
+    "origin": {"x": 0.0, "y": 0.0, "theta": 0.0},
+    "rows": 800,
+    "cols": 1200,
+    "stamp_ns": 1795370400000000000,
+}
+NOT_MODIFIED: dict[int | str, dict[str, Any]] = {304: {"description": "Not Modified"}}
+
+
+def _file(media_type: str) -> dict[int | str, dict[str, Any]]:
+    content = {media_type: {"schema": {"type": "string", "format": "binary"}}}
+    headers = {"ETag": {"schema": {"type": "string"}, "description": "the map's id"}}
+    found = {200: {"description": "OK", "content": content, "headers": headers}}
+    return found | NOT_MODIFIED | responses(404)
+
+
+@router.get(f"{ROBOT_PREFIX}/map", responses=ok(META_SCHEMA, META_EXAMPLE) | responses(404))
+async def map_facts(service: Robot) -> JSONResponse:
+    """Return the map's id, size and place, without its cells."""
+    grid = _grid(service)
+    rows, cols = grid.cells.shape
+    facts = {
+        "map_id": grid.map_id,
+        "name": grid.name,
+        "resolution": grid.resolution,
+        "origin": grid.origin.model_dump(),
+        "rows": rows,
+        "cols": cols,
+        "stamp_ns": grid.stamp_ns,
+    }
+    return JSONResponse(facts)
+
+
+@router.get(f"{ROBOT_PREFIX}/map.png", response_class=Response, responses=_file("image/png"))
+async def map_png(request: Request, service: Robot) -> Response:
+    """Return the map as a PNG: 0 occupied, 254 free, 205 unknown."""
+    return await _rendered(request, _grid(service), map_image.png, "image/png")
+
+
+@router.get(
+    f"{ROBOT_PREFIX}/map.pgm",
+    response_class=Response,
+    responses=_file("image/x-portable-graymap"),
+)
+async def map_pgm(request: Request, service: Robot) -> Response:
+    """Return the map as the PGM that map.yaml names."""
+    return await _rendered(request, _grid(service), map_image.pgm, "image/x-portable-graymap")
+
+
+@router.get(f"{ROBOT_PREFIX}/map.yaml", response_class=Response, responses=_file("text/yaml"))
+async def map_yaml(request: Request, service: Robot) -> Response:
+    """Return map_server's description of map.pgm."""
+
+    def yaml(grid: OccupancyGrid) -> bytes:
+        return map_image.yaml_text(grid, "map.pgm").encode()
+
+    return await _rendered(request, _grid(service), yaml, "text/yaml")
+
+
+def _grid(service: GatewayService) -> OccupancyGrid:
+    message = newest_of(service, "map").message
+    assert isinstance(message, OccupancyGrid)  # noqa: S101 - the registry's type for this topic
+    return message
+
+
+async def _rendered(
+    request: Request,
+    grid: OccupancyGrid,
+    render: Callable[[OccupancyGrid], bytes],
+    media_type: str,
+) -> Response:
+    """Return the file, or that the caller has it already; large maps must not hold the loop."""
+    tag = f'"{grid.map_id}"'
+    headers = {"etag": tag, "cache-control": "private, no-cache"}
+    if _has(request.headers.get("if-none-match", ""), tag):
+        return Response(status_code=304, headers=headers)
+    content = await asyncio.to_thread(render, grid)
+    return Response(content, media_type=media_type, headers=headers)
+
+
+def _has(if_none_match: str, tag: str) -> bool:
+    offered = [part.strip().removeprefix("W/") for part in if_none_match.split(",")]
+    return tag in offered or "*" in offered

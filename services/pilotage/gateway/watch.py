@@ -1,0 +1,86 @@
+"""Tells what happened by comparing each message with the one before it."""
+
+from pilotage.gateway.event_log import EventLog, Severity
+from pilotage_schemas.health import Deployment, Process
+from pilotage_schemas.localization import PoseEstimate
+from pilotage_schemas.mapping import OccupancyGrid
+from pilotage_schemas.message import Message
+
+STATE_WORDS = {
+    "unknown": "Searching: it could be anywhere",
+    "ambiguous": "Ambiguous: several places fit",
+    "localized": "Localized",
+    "lost": "Lost: what it sees does not fit the map",
+}
+STATE_SEVERITY: dict[str, Severity] = {"lost": "warning", "ambiguous": "warning"}
+PROCESS_SEVERITY: dict[str, Severity] = {"late": "warning", "down": "fault", "given_up": "fault"}
+SILENT_STARTS = frozenset({"starting", "ready"})
+"""States of a process seen for the first time that are no news."""
+
+
+class Watch:
+    """Writes changes of state to the event log."""
+
+    def __init__(self, events: EventLog) -> None:
+        self._events = events
+        self._pose_state: str | None = None
+        self._map_id: str | None = None
+        self._processes: dict[str, Process] = {}
+
+    def see(self, message: Message, now_ns: int) -> None:
+        """Compare a message with what was before."""
+        match message:
+            case PoseEstimate():
+                self._see_pose(message, now_ns)
+            case OccupancyGrid():
+                self._see_map(message, now_ns)
+            case Deployment():
+                for process in message.processes:
+                    self._see_process(process, now_ns)
+
+    def _see_pose(self, estimate: PoseEstimate, now_ns: int) -> None:
+        state = estimate.state
+        if state != self._pose_state:
+            severity = STATE_SEVERITY.get(state, "info")
+            self._events.append(now_ns, "localization", severity, STATE_WORDS[state])
+        self._pose_state = state
+
+    def _see_map(self, grid: OccupancyGrid, now_ns: int) -> None:
+        if grid.map_id != self._map_id:
+            rows, cols = grid.cells.shape
+            width, height = cols * grid.resolution, rows * grid.resolution
+            text = f"Map {grid.name} in use, {width:.0f} m x {height:.0f} m"
+            self._events.append(now_ns, "map", "info", text)
+        self._map_id = grid.map_id
+
+    def _see_process(self, process: Process, now_ns: int) -> None:
+        before = self._processes.get(process.name)
+        self._processes[process.name] = process
+        if before is None and process.state in SILENT_STARTS:
+            return
+        if before is None or _has_changed(before, process):
+            severity = PROCESS_SEVERITY.get(process.state, "info")
+            self._events.append(now_ns, "service", severity, _sentence(process))
+
+
+def _has_changed(before: Process, now: Process) -> bool:
+    return (before.state, before.restarts) != (now.state, now.restarts)
+
+
+def _sentence(process: Process) -> str:
+    name, reason = process.name, f": {process.reason}" if process.reason else ""
+    tries = f"try {process.try_number} of {process.max_tries}"
+    match process.state:
+        case "starting":
+            return f"{name} is starting, {tries}{reason}"
+        case "ready":
+            return f"{name} is ready"
+        case "late":
+            late_for = process.late_for or 0.0
+            return f"{name} is late: no heartbeat for {late_for:.1f} s, limit {process.limit:g} s"
+        case "down":
+            return f"{name} is down{reason}; it is being restarted, {tries}"
+        case "given_up":
+            return f"{name} was given up after {process.try_number} tries{reason}"
+        case "stopped":
+            return f"{name} was stopped{reason}"
