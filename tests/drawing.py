@@ -13,4 +13,5 @@ def draw(
     """Return the map drawn with # wall, . free, ? unknown; the last line is row 0."""
     lines = picture.split()
     cells = np.array([[CELLS[mark] for mark in line] for line in reversed(lines)], np.int8)
-    return OccupancyMap(GridGeometry(*cells.shape, resolution, origin), cells)
+    rows, cols = cells.shape
+    return OccupancyMap(GridGeometry(rows, cols, resolution, origin), cells)

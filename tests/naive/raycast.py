@@ -15,7 +15,7 @@ def cast_ray_in_grid(
         return math.inf
     nearest = math.inf
     for row, col in np.argwhere(is_wall):
-        entry = _entry((col, row), (x_cells, y_cells), (math.cos(theta), math.sin(theta)))
+        entry = _entry((int(col), int(row)), (x_cells, y_cells), (math.cos(theta), math.sin(theta)))
         nearest = min(nearest, entry)
     return nearest if nearest <= max_cells else math.inf
 

@@ -13,6 +13,14 @@ from pilotage.core.jit import kernel
 
 
 @kernel
+def direction(theta: float) -> tuple[float, float]:
+    """Return cosine and sine; along an axis the other one is exactly zero."""
+    dx, dy = math.cos(theta), math.sin(theta)
+    # The sine of pi is 1e-16 in floating point, and dividing by such numbers ends in 0 * inf.
+    return (dx if abs(dx) > 1e-12 else 0.0), (dy if abs(dy) > 1e-12 else 0.0)
+
+
+@kernel
 def cast_ray_in_grid(
     is_wall: NDArray[np.bool_], x_cells: float, y_cells: float, theta: float, max_cells: float
 ) -> float:
@@ -31,7 +39,7 @@ def cast_ray_in_grid(
     col, row = int(x_cells), int(y_cells)
     if is_wall[row, col]:
         return 0.0
-    dx, dy = math.cos(theta), math.sin(theta)
+    dx, dy = direction(theta)
     step_col, ahead_x = (1, 1) if dx > 0.0 else (-1, 0)
     step_row, ahead_y = (1, 1) if dy > 0.0 else (-1, 0)
     # Crossings are computed from the start each time: adding up steps would drift on long rays.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core import se2
-from pilotage.core.cell_traversal import cast_rays_in_grid
+from pilotage.core.cell_traversal import cast_rays_in_grid, direction
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.jit import kernel
 
@@ -71,12 +71,17 @@ def _sweep_all(
         offsets, distances = _trace(first_x - start[1], first_y - start[0], theta, max_cells)
         ranges = (distances * fine.resolution).astype(np.float32)
         _sweep(walls, offsets + np.array(start), ranges, table[k])
-    for axis, (first, count) in enumerate(zip(start, fine.shape, strict=True)):
-        centres = first + ratio * np.arange(geometry.shape[axis])
-        outside = np.flatnonzero((centres < 0) | (centres >= count))
-        # A ray that starts outside the map sees nothing of it, as in `cast_rays`.
-        table[(slice(None),) * (axis + 1) + (outside,)] = range_max
+    # A ray that starts outside the map sees nothing of it, as in `cast_rays`.
+    table[:, _outside(start[0], ratio, geometry.rows, fine.rows)] = range_max
+    table[:, :, _outside(start[1], ratio, geometry.cols, fine.cols)] = range_max
     return table
+
+
+def _outside(first: int, ratio: int, count: int, fine_count: int) -> NDArray[np.bool_]:
+    """Say which of `count` cells have their centre before or behind the map's fine cells."""
+    centres = first + ratio * np.arange(count)
+    outside: NDArray[np.bool_] = (centres < 0) | (centres >= fine_count)
+    return outside
 
 
 def _interleave(is_wall: NDArray[np.bool_], ratio: int) -> NDArray[np.bool_]:
@@ -92,7 +97,7 @@ def _trace(
     x_cells: float, y_cells: float, theta: float, max_cells: float
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the cells (n, 2) row, col that a ray crosses, and where (n,) it enters them."""
-    dx, dy = math.cos(theta), math.sin(theta)
+    dx, dy = direction(theta)
     size = int(max_cells * (abs(dx) + abs(dy))) + 4
     cells, entries = np.zeros((size, 2), np.int64), np.zeros(size)
     step_col, ahead_x = (1, 1) if dx > 0.0 else (-1, 0)
