@@ -5,8 +5,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 import processes
+
+settings.register_profile(
+    "pilotage",
+    deadline=None,  # two cores shared by everything: a slow example says nothing
+    max_examples=50,
+    derandomize=True,  # the same verdict every time; PILOTAGE_FUZZ looks further
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.register_profile("further", settings.get_profile("pilotage"), derandomize=False)
+settings.load_profile("further" if "PILOTAGE_FUZZ" in os.environ else "pilotage")
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 

@@ -93,8 +93,8 @@ class MapLoaded(Part):
     """The map that is now in use."""
 
     map_id: Name
-    rows: Annotated[int, Field(gt=0)]
-    cols: Annotated[int, Field(gt=0)]
+    rows: Annotated[int, Field(gt=0, lt=2**31)]
+    cols: Annotated[int, Field(gt=0, lt=2**31)]
 
 
 class Restart(Part):
