@@ -32,7 +32,7 @@ def _print_version(wanted: bool) -> None:  # noqa: FBT001 - the signature of an 
 
 @app.callback()
 def _pilotage(
-    _version: Annotated[
+    _version: Annotated[  # noqa: FBT002 - how Typer declares an option
         bool,
         typer.Option(
             "--version", callback=_print_version, is_eager=True, help="Print the version and end."

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import BaseModel
+from pydantic import BaseModel, SecretStr
 
 from pilotage.bus.deployment import ConfigError, Deployment, Settings, service_settings
 from pilotage.launcher.addresses import free_endpoint, require_free_port
@@ -77,7 +77,20 @@ def _section(deployment: Deployment, name: str, known: dict[str, str]) -> dict[s
     for field, path in _inputs(settings):
         if not path.exists():
             raise ConfigError(f"settings of {name}: {field}: no such file: {path}")
-    return settings.model_dump(mode="json")
+    return {field: plain(value) for field, value in settings.model_dump().items()}
+
+
+def plain(value: object) -> object:
+    """Return a setting as YAML can hold it; secrets stay readable, for the services must."""
+    if isinstance(value, SecretStr):
+        return value.get_secret_value()
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, dict):
+        return {str(key): plain(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(one) for one in value]
+    return value
 
 
 def _inputs(settings: BaseModel, prefix: str = "") -> Iterator[tuple[str, Path]]:

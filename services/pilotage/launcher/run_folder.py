@@ -11,6 +11,7 @@ from pathlib import Path
 import yaml
 
 from pilotage.bus.deployment import ConfigError, Deployment
+from pilotage.launcher.effective import plain
 
 LOCK = "lock"
 
@@ -58,7 +59,8 @@ def write_deployment(deployment: Deployment, folder: Path) -> Path:
     Only its owner may read it: it may hold the router's password and the gateway's tokens.
     """
     path = folder / "deployment.yaml"
-    text = yaml.safe_dump(deployment.model_dump(mode="json", exclude_none=True), sort_keys=False)
+    said = {key: value for key, value in deployment.model_dump().items() if value is not None}
+    text = yaml.safe_dump(plain(said), sort_keys=False)
     path.touch(mode=0o600)
     path.write_text(text, encoding="utf-8")
     return path
