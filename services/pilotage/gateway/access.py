@@ -15,12 +15,13 @@ from pilotage.gateway.config import GatewaySettings
 
 Role = Literal["viewer", "operator"]
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
-DEFAULT_PORTS = {"http": "80", "https": "443"}
+HTTP_PORT = 80
+"""Browsers leave it out of Host and Origin."""
 
 
 @dataclass(frozen=True)
 class Access:
-    """The rules of one deployment; `hosts` are the exact `name:port` the gateway answers to."""
+    """The rules of one deployment; `hosts` are the exact Host headers the gateway answers to."""
 
     hosts: frozenset[str]
     viewer_tokens: tuple[bytes, ...] = ()
@@ -31,18 +32,16 @@ class Access:
         """Whether no tokens are in use: everybody who reaches the gateway is an operator."""
         return not self.viewer_tokens and not self.operator_tokens
 
-    def allows_host(self, host: str | None, scheme: str = "http") -> bool:
+    def allows_host(self, host: str | None) -> bool:
         """Say whether a Host header names this gateway."""
-        return host is not None and _with_port(host.lower(), scheme) in self.hosts
+        return host is not None and host.lower() in self.hosts
 
     def allows_origin(self, origin: str | None) -> bool:
         """Say whether an Origin header is this gateway's own page; programs send none."""
         if origin is None:
             return True
-        scheme, separator, host = origin.lower().partition("://")
-        if not separator or scheme not in DEFAULT_PORTS:
-            return False
-        return self.allows_host(host, scheme)
+        scheme, _, host = origin.lower().partition("://")
+        return scheme in ("http", "https") and host in self.hosts
 
     def role_of(self, token: str | None) -> Role | None:
         """Return what the bearer of `token` may be; None: nobody."""
@@ -59,19 +58,16 @@ class Access:
 
 def access_of(settings: GatewaySettings, port: int) -> Access:
     """Return the rules of these settings for a gateway that listens at `port`."""
-    named = (f"[{settings.host}]" if ":" in settings.host else settings.host).lower()
-    own = {f"{name}:{port}" for name in (*LOOPBACK_NAMES, named)}
-    further = {_with_port(host.lower(), "http") for host in settings.allowed_hosts}
+    named = f"[{settings.host}]" if ":" in settings.host else settings.host
+    names = (*LOOPBACK_NAMES, named)
+    own = {f"{name}:{port}" for name in names}
+    if port == HTTP_PORT:
+        own |= set(names)
     return Access(
-        frozenset(own | further),
+        frozenset(host.lower() for host in (*own, *settings.allowed_hosts)),
         tuple(_secrets(settings.viewer_tokens)),
         tuple(_secrets(settings.operator_tokens)),
     )
-
-
-def _with_port(host: str, scheme: str) -> str:
-    has_port = ":" in host.rpartition("]")[2]
-    return host if has_port else f"{host}:{DEFAULT_PORTS.get(scheme, '80')}"
 
 
 def _is_any(offered: bytes, tokens: tuple[bytes, ...]) -> bool:

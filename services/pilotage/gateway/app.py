@@ -9,9 +9,6 @@ from pilotage.gateway.problems import add_problem_handlers
 from pilotage.gateway.routes import commands, maps, page, robots, sensors, streams
 from pilotage.gateway.service import GatewayService
 
-MAX_BODY = 64 * 1024
-"""Bytes of a command; the largest has a few hundred."""
-
 DESCRIPTION = """Where the robot is, how sure it is of that, and what it can be told to do.
 
 Units are SI and radians; poses are of `base_link` in `map`; x forward, y left, theta
@@ -30,7 +27,6 @@ def create_app(service: GatewayService, access: Access) -> Guard:
         # Their pages load code from elsewhere; no request leaves this machine.
         docs_url=None,
         redoc_url=None,
-        max_body_size=MAX_BODY,
         redirect_slashes=False,
     )
     app.state.service = service

@@ -30,6 +30,7 @@ class Commander:
         self._node = node
         self._events = events
         self._waiting = 0
+        self._closed = asyncio.Event()
         self._threads = ThreadPoolExecutor(MAX_WAITING + THREADS_FOR_STOP, "command")
 
     async def carry_out(self, query: Query, request: Part) -> Part:
@@ -48,13 +49,13 @@ class Commander:
         return reply
 
     def close(self) -> None:
-        """Let the threads go; none is waited for."""
+        """Answer those who wait that the gateway stops; no thread is waited for."""
+        self._closed.set()
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def _asked(self, query: Query, request: Part) -> Part:
-        loop = asyncio.get_running_loop()
         try:
-            return await loop.run_in_executor(self._threads, self._node.ask, query.name, request)
+            return await self._answer(query, request)
         except RefusedError as error:
             raise ProblemError(409, str(error)) from error
         except NoAnswerInTimeError as error:
@@ -62,9 +63,21 @@ class Commander:
         except BusError as error:
             raise ProblemError(503, f"{query.service}: {error}") from error
         except DecodeError as error:
-            raise ProblemError(
-                502, f"{query.service} gave an unreadable answer: {error}"
-            ) from error
+            detail = f"the answer of {query.service} cannot be read: {error}"
+            raise ProblemError(502, detail) from error
+
+    async def _answer(self, query: Query, request: Part) -> Part:
+        if self._closed.is_set():
+            raise ProblemError(503, "the gateway is stopping")
+        loop = asyncio.get_running_loop()
+        answer = loop.run_in_executor(self._threads, self._node.ask, query.name, request)
+        closing = asyncio.create_task(self._closed.wait())
+        await asyncio.wait((answer, closing), return_when=asyncio.FIRST_COMPLETED)
+        closing.cancel()
+        if not answer.done():
+            answer.cancel()
+            raise ProblemError(503, "the gateway is stopping; whether it was done is not known")
+        return answer.result()
 
     def _log_success(self, query: Query, reply: Part) -> None:
         if isinstance(reply, Kidnapped):

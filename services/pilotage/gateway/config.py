@@ -16,8 +16,8 @@ class GatewaySettings(Settings):
 
     host: address to bind; anything but this machine's own needs tokens.
     port: TCP port.
-    allowed_hosts: further exact values of the Host header (`name:port`), such as the machine's
-        name on the network or that of a proxy; loopback and `host` itself are always allowed.
+    allowed_hosts: further exact values of the Host header (`name:port`, or `name` behind a proxy
+        at the usual port); loopback and `host` itself are always allowed.
     viewer_tokens: bearers of these may look.
     operator_tokens: bearers of these may also command.
     max_streams: WebSocket and event streams open at once; each holds at most one message per

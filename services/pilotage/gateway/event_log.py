@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 KEPT = 300
+REPEAT_S = 5.0
+"""The same again within this time is no news."""
 
 Severity = Literal["info", "warning", "fault"]
 Kind = Literal["localization", "service", "link", "command", "refusal", "kidnap", "map"]
@@ -30,10 +32,11 @@ class EventLog:
         self._listeners: set[Callable[[], None]] = set()
 
     def append(self, stamp_ns: int, kind: Kind, severity: Severity, text: str) -> Event:
-        """Add an event and tell the listeners."""
-        number = stamp_ns // 1000
-        if self._events:
-            number = max(number, self._events[-1].id + 1)
+        """Add an event and tell the listeners; return the old one when it says the same."""
+        last = self._events[-1] if self._events else None
+        if last is not None and last.text == text and stamp_ns - last.stamp_ns < REPEAT_S * 1e9:
+            return last
+        number = max(stamp_ns // 1000, last.id + 1 if last else 0)
         event = Event(number, stamp_ns, kind, severity, text)
         self._events.append(event)
         for listener in list(self._listeners):

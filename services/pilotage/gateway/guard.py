@@ -55,7 +55,7 @@ class Guard:
         if not self.access.allows_host(headers.get("host")):
             detail = "this gateway does not answer to that Host; see its setting allowed_hosts"
             return problem_response(421, detail, path)
-        if not self.access.allows_origin(headers.get("origin")):
+        if not self.access.allows_origin(headers.get("origin")) or _is_foreign(headers, path):
             return problem_response(403, "requests from other origins are refused", path)
         role = self.access.role_of(_token(headers, scope))
         if role is None and not _is_public(path):
@@ -63,6 +63,12 @@ class Guard:
             return problem_response(401, "a token is needed", path, challenge)
         scope.setdefault("state", {})["role"] = role
         return None
+
+
+def _is_foreign(headers: Headers, path: str) -> bool:
+    """Say whether a browser asks on behalf of another site's page (images send no Origin)."""
+    site = headers.get("sec-fetch-site", "none")
+    return site not in ("same-origin", "none") and path not in PUBLIC_PATHS
 
 
 def _is_public(path: str) -> bool:

@@ -15,22 +15,21 @@ from pilotage.gateway.config import GatewaySettings
 from pilotage.gateway.guard import Guard
 from pilotage.gateway.pump import pump
 from pilotage.gateway.service import GatewayService
-from pilotage.gateway.stream import Hub
 
 GRACE_S = 1
 MAX_CLIENT_MESSAGE = 4096
 
 
 class Server(uvicorn.Server):
-    """Ends the streams before it waits for its connections to close."""
+    """Ends what clients wait for before it waits for their connections to close."""
 
-    def __init__(self, config: uvicorn.Config, hub: Hub) -> None:
+    def __init__(self, config: uvicorn.Config, service: GatewayService) -> None:
         super().__init__(config)
-        self._hub = hub
+        self._service = service
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Let go of everybody."""
-        self._hub.close()
+        self._service.close()
         await super().shutdown(sockets)
 
 
@@ -56,13 +55,12 @@ def listening(settings: GatewaySettings) -> Iterator[socket.socket]:
 
 async def _serve(node: Node, service: GatewayService, listener: socket.socket) -> None:
     access = access_of(service.settings, listener.getsockname()[1])
-    server = Server(_config(create_app(service, access)), service.hub)
+    server = Server(_config(create_app(service, access)), service)
     async with asyncio.TaskGroup() as tasks:
         pumping = tasks.create_task(pump(node))
         if not node.is_stopping:
             await server.serve(sockets=[listener])
         pumping.cancel()
-    service.commander.close()
 
 
 def _config(app: Guard) -> uvicorn.Config:

@@ -54,6 +54,11 @@ class GatewayService:
         for received in self.state.everything():
             yield received.item
 
+    def close(self) -> None:
+        """Let go of everybody who waits for something."""
+        self.hub.close()
+        self.commander.close()
+
     def _on_message(self, topic: str, message: Message, sample: Sample) -> None:
         registered = TOPICS[topic]
         service = (

@@ -10,8 +10,11 @@ from pilotage.gateway.live_state import envelope
 from pilotage.gateway.service import GatewayService
 from pilotage.gateway.stream import Outbox
 
-SERVICE_RESTART, INVALID_DATA = 1012, 1007
-"""Close codes of RFC 6455 and its registry: the gateway goes; the client talks nonsense."""
+INVALID_DATA, SERVICE_RESTART, TRY_AGAIN_LATER = 1007, 1012, 1013
+"""Close codes of RFC 6455 and its registry: nonsense came; the gateway goes; too slow."""
+
+STUCK_S = 30.0
+"""A client that takes nothing for this long loses its place; it may come again."""
 
 MAX_NUMBER = 2**53
 """JavaScript's whole numbers end here."""
@@ -46,7 +49,11 @@ async def _first_of(*tasks: asyncio.Task[int]) -> int:
 async def _send(websocket: WebSocket, outbox: Outbox) -> int:
     """Send from the outbox, as fast as the client takes it; return the code to close with."""
     while (data := await outbox.take()) is not None:
-        await websocket.send_bytes(data)
+        try:
+            async with asyncio.timeout(STUCK_S):
+                await websocket.send_bytes(data)
+        except TimeoutError as error:
+            raise WebSocketDisconnect(TRY_AGAIN_LATER) from error
     return SERVICE_RESTART
 
 

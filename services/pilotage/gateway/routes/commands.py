@@ -13,6 +13,9 @@ from pilotage_schemas.topics import QUERIES, Query
 
 router = APIRouter(tags=["commands"], dependencies=[Depends(operator_only)])
 
+MAX_BODY = 64 * 1024
+"""Bytes of a command; the largest has a few hundred."""
+
 POSE = {"x": 12.5, "y": 3.0, "theta": 1.57}
 COVARIANCE = [[0.25, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 0.07]]
 EXAMPLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
@@ -38,7 +41,7 @@ EXAMPLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 def _command(query: Query) -> Callable[[Request, Robot], Awaitable[JSONResponse]]:
     async def command(request: Request, service: Robot) -> JSONResponse:
         try:
-            wanted = from_json(query.request, await request.body())
+            wanted = from_json(query.request, await _body(request))
         except BadRequestError as error:
             raise ProblemError(422, str(error)) from error
         return JSONResponse(to_json(await service.commander.carry_out(query, wanted)))
@@ -46,7 +49,17 @@ def _command(query: Query) -> Callable[[Request, Robot], Awaitable[JSONResponse]
     return command
 
 
-def _body(query: Query) -> dict[str, Any]:
+async def _body(request: Request) -> bytes:
+    """Return the body; ProblemError 413 as soon as it is too large."""
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > MAX_BODY:
+            raise ProblemError(413, f"a command has at most {MAX_BODY} bytes")
+    return bytes(body)
+
+
+def _described_body(query: Query) -> dict[str, Any]:
     request, _ = EXAMPLES[query.name]
     schema = schema_of(query.request, is_reply=False)
     content = {"application/json": {"schema": schema, "example": request}}
@@ -61,7 +74,7 @@ for known in QUERIES.values():
         name=f"command_{known.name}",
         summary=known.summary.capitalize(),
         description=f"Carried out by {known.service}, which answers within {known.timeout_s:g} s.",
-        openapi_extra=_body(known),
+        openapi_extra=_described_body(known),
         responses=ok(schema_of(known.reply), EXAMPLES[known.name][1])
         | responses(404, 409, 413, 422, 429, 502, 503, 504),
     )
