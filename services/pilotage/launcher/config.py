@@ -20,5 +20,5 @@ class LauncherSettings(Settings):
 
     start_limit: Seconds = 60.0
     hang_grace: Seconds = 2.0
-    stop_within: Seconds = 3.0
+    stop_within: Seconds = 2.5
     keep_runs: Annotated[int, Field(ge=1, le=1000)] = 5

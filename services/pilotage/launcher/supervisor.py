@@ -98,13 +98,13 @@ class Supervisor:
         return tuple(one.report() for one in self._all.values())
 
     def stop(self, within: float) -> None:
-        """Ask all to end, wait for all, kill the rest; the router goes after its users."""
+        """Ask all to end, wait `within` s for all, kill the rest; the router goes after its users."""
         for one in self._all.values():
             one.put_down()
         users = [one for one in self._all.values() if one.entry.after]
         others = [one for one in self._all.values() if not one.entry.after]
-        for wave in (users, others):
-            _end([one.child for one in wave if one.child is not None], within)
+        for wave, limit in ((users, within), (others, within / 3.0)):
+            _end([one.child for one in wave if one.child is not None], limit)
             for one in wave:
                 one.child = None
 

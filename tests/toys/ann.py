@@ -1,0 +1,6 @@
+"""The toy service `ann`."""
+
+from toys.service import run
+
+if __name__ == "__main__":
+    raise SystemExit(run(__file__))

@@ -1,0 +1,30 @@
+"""`pilotage up` with toys in its process table: `python -m toys.up DEPLOYMENT`."""
+
+import sys
+from pathlib import Path
+
+from pilotage.bus.deployment import ConfigError
+from pilotage.bus.runner import complain
+from pilotage.launcher.effective import Overrides
+from pilotage.launcher.process_table import ROUTER, Entry, named
+from pilotage.launcher.run import launch
+
+
+def toy(name: str) -> Entry:
+    """Return the table's line for a toy."""
+    return Entry(name, f"toys.{name}", "toys.config:ToySettings", ("router",), named(name))
+
+
+TABLE = (ROUTER, toy("ann"), toy("ben"))
+
+
+def main() -> int:
+    """Run the deployment of the command line."""
+    try:
+        return launch(Path(sys.argv[1]), Overrides(), table=TABLE)
+    except ConfigError as error:
+        return complain("toys", error, 2)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
