@@ -36,6 +36,12 @@ def test_building_survives_being_saved(data_dir: Path, tmp_path: Path, name: str
     assert map_digest(load_map(tmp_path / "again.yaml")) == map_digest(world)
 
 
+def test_map_whose_image_was_packed_loads(data_dir: Path) -> None:
+    world = load_map(data_dir / "birmingham" / "newlowerground.yaml")
+    assert world.geometry.shape == (4000, 4000)
+    assert world.is_wall.sum() == 6640
+
+
 def test_doors_of_gdc2_lie_on_its_floor(data_dir: Path) -> None:
     """Corners of two doors by the map frame: orientation and origin are right."""
     world = load_map(data_dir / "maps" / "gdc2.yaml")

@@ -25,7 +25,7 @@ GRIDS = st.tuples(SHAPES, CELLS).flatmap(
 NUMBERS = st.floats(-1e6, 1e6)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(GRIDS, st.floats(1e-3, 10.0), st.tuples(NUMBERS, NUMBERS, st.floats(-7.0, 7.0)))
 def test_any_map_survives_the_disk(
     cells: np.ndarray, resolution: float, origin: tuple[float, float, float]
@@ -78,25 +78,21 @@ def damaged(content: bytes) -> st.SearchStrategy[bytes]:
     )
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=200) | damaged(YAML) | damaged(WEAN_MAP))
 def test_odd_bytes_for_a_map_are_refused_not_fatal(content: bytes) -> None:
     load_bytes(content, PGM)
 
 
-@settings(deadline=None)
 @given(st.text(max_size=80))
 def test_odd_text_for_a_map_is_refused_not_fatal(text: str) -> None:
     load_bytes(text.encode("utf-8", "surrogatepass"), PGM)
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=200) | damaged(PGM) | st.binary(max_size=60).map(b"P2 ".__add__))
 def test_odd_bytes_for_an_image_are_refused_not_fatal(content: bytes) -> None:
     load_bytes(YAML, content)
 
 
-@settings(deadline=None)
 @given(st.data())
 def test_damaged_png_is_refused_not_fatal(data: st.DataObject) -> None:
     stream = BytesIO()
@@ -104,13 +100,11 @@ def test_damaged_png_is_refused_not_fatal(data: st.DataObject) -> None:
     load_bytes(YAML, data.draw(damaged(stream.getvalue())))
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=300) | damaged(LOG))
 def test_odd_bytes_for_a_log_are_refused_not_fatal(content: bytes) -> None:
     read_bytes(content)
 
 
-@settings(deadline=None)
 @given(damaged(gzip.compress(LOG)))
 def test_damaged_gzip_is_refused_not_fatal(content: bytes) -> None:
     read_bytes(content)
@@ -122,7 +116,6 @@ WORDS = st.sampled_from(
 VALUES = st.sampled_from(["0", "1", "2", "-1", "1e308", "-1e308", "nan", "inf", "x", "1e-320"])
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(WORDS, st.lists(VALUES, max_size=30)), max_size=6))
 def test_lines_of_odd_values_are_refused_not_fatal(lines: list[tuple[str, list[str]]]) -> None:
     text = "\n".join(" ".join([word, *values]) for word, values in lines)

@@ -120,6 +120,11 @@ def test_image_is_looked_for_beside_the_yaml_or_at_its_absolute_path(tmp_path: P
         assert load_map(file).geometry.shape == (2, 3)
 
 
+def test_image_that_was_packed_as_png_is_found_by_its_old_name(tmp_path: Path) -> None:
+    file = write_map(tmp_path, SHADES, YAML.replace("{image}", "m.pgm"))
+    assert load_map(file).geometry.shape == (2, 3)
+
+
 REFUSED = {
     "no YAML": ("a: [1", "not readable as YAML"),
     "no mapping": ("- 1\n- 2\n", "neither the YAML of a map nor a Wean Hall map"),

@@ -83,8 +83,15 @@ def _read_bytes(file: Path) -> bytes:
 
 
 def _image_of(description: MapDescription, file: Path) -> Path:
-    """Return the image that a description means, looking beside it if the path is relative."""
+    """Return the image that a description means, looking beside it if the path is relative.
+
+    Maps are often handed on with their PGM packed as PNG and the YAML left as it was: if the
+    image is not there, the same name with another ending is taken.
+    """
     image = file.parent / description.image
+    if not image.is_file():
+        others = [image.with_suffix(suffix) for suffix in (".png", ".pgm", ".bmp")]
+        return next((other for other in others if other.is_file()), image)
     unfinished = _temporary(image)
     if description.image_sha256 is None or not unfinished.is_file():
         return image
