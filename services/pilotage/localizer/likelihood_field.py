@@ -1,0 +1,103 @@
+"""How well a laser beam's end fits the map, precomputed per cell (Thrun et al. 2005, 6.4).
+
+A beam that ends at distance d from the nearest wall has the likelihood
+
+    p(d) = (1 - outlier) * exp(-d^2 / (2 sigma^2)) + outlier
+
+relative to its best. The field holds -log p in steps of a 255th of -log(outlier), one byte a
+cell, so that a scan is weighed over all states of a heading by adding shifted rows of bytes.
+
+A belief over cells knows a beam's end only as exactly as its cells and headings are fine, and
+the heading's share grows with the range. Beams are therefore sorted into classes of range, each
+with a field whose sigma takes the width of a heading bin at that range into account.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.distance_field import distance_to_walls
+from pilotage.core.grid import GridGeometry, OccupancyMap
+
+STEPS = 255
+
+
+@dataclass(frozen=True)
+class LikelihoodFieldParams:
+    """Parameters of the likelihood field.
+
+    `sigma`: spread of a beam's end about the wall [m]: sensor, map and what moved a little.
+    `outlier`: likelihood of an end anywhere, relative to the best [-].
+    `class_limits`: upper ends of the classes of range [m]; longer beams are not used, because
+    a heading bin moves their ends by more than a room's features.
+    """
+
+    sigma: float = 0.12
+    outlier: float = 0.05
+    class_limits: tuple[float, ...] = (2.0, 4.0, 8.0, 16.0)
+
+
+@dataclass(frozen=True)
+class LikelihoodField:
+    """Costs (classes, rows + 2 margin, cols + 2 margin) uint8; `step` turns them into -log p.
+
+    The margin, as wide as the longest beam, has the highest cost: ends beyond the map.
+    """
+
+    costs: NDArray[np.uint8]
+    step: float
+    margin: int
+    class_limits: NDArray[np.float64]
+
+    def classes_of(self, ranges: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the class (n,) of each range (n,); len(class_limits) where it is too long."""
+        return np.searchsorted(self.class_limits, ranges).astype(np.int64)
+
+
+def likelihood_field(
+    world: OccupancyMap, geometry: GridGeometry, heading_step: float, params: LikelihoodFieldParams
+) -> LikelihoodField:
+    """Return the field of a map on the cells of `geometry` (same origin, coarser or equal).
+
+    Args:
+        world: the map.
+        geometry: cells of the belief.
+        heading_step: width of a heading bin [rad].
+        params: sensor parameters.
+    """
+    distance = _distance_at_centres(world, geometry)
+    limits = np.array(params.class_limits)
+    margin = int(np.ceil(limits[-1] / geometry.resolution)) + 2
+    step = -np.log(params.outlier) / STEPS
+    costs = np.full((len(limits), *(length + 2 * margin for length in geometry.shape)), STEPS)
+    inside = slice(margin, -margin)
+    for index, sigma in enumerate(_sigmas(limits, geometry.resolution, heading_step, params)):
+        likelihood = (1.0 - params.outlier) * np.exp(-0.5 * (distance / sigma) ** 2)
+        costs[index, inside, inside] = np.rint(-np.log(likelihood + params.outlier) / step)
+    return LikelihoodField(costs.astype(np.uint8), step, margin, limits)
+
+
+def _sigmas(
+    limits: NDArray[np.float64],
+    resolution: float,
+    heading_step: float,
+    params: LikelihoodFieldParams,
+) -> NDArray[np.float64]:
+    """Return sigma of each class: the sensor's, a cell's and a heading bin's (uniform: w^2/12)."""
+    middles = (np.concatenate([[0.0], limits[:-1]]) + limits) / 2.0
+    spread = params.sigma**2 + (resolution**2 + (middles * heading_step) ** 2) / 12.0
+    sigmas: NDArray[np.float64] = np.sqrt(spread)
+    return sigmas
+
+
+def _distance_at_centres(world: OccupancyMap, geometry: GridGeometry) -> NDArray[np.float64]:
+    """Return the distance to the nearest wall at the centre of each cell of `geometry`."""
+    fine = distance_to_walls(world.is_wall, world.geometry.resolution)
+    ratio = geometry.resolution / world.geometry.resolution
+    rows, cols = (
+        np.minimum(((np.arange(count) + 0.5) * ratio).astype(np.int64), limit - 1)
+        for count, limit in zip(geometry.shape, world.geometry.shape, strict=True)
+    )
+    centres: NDArray[np.float64] = fine[np.ix_(rows, cols)].astype(np.float64)
+    return centres

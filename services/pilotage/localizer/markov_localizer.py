@@ -1,0 +1,232 @@
+"""Markov localization from odometry, scans, ranges and compass (Wu & Bell 2003), with a verdict.
+
+Pure: stamps come with the measurements, poses with the odometry. The service and the offline
+command feed it alike.
+"""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pilotage.core import se2
+from pilotage.core.grid import OccupancyMap
+from pilotage.localizer.likelihood_field import LikelihoodFieldParams, likelihood_field
+from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
+from pilotage.localizer.modes import Mode, apart, find_modes
+from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
+from pilotage.localizer.range_model import (
+    RangeModelParams,
+    RangeTable,
+    range_likelihoods,
+    range_table,
+)
+from pilotage.localizer.refinement import matched_share, refine, wall_distance
+from pilotage.localizer.verdict import State, Verdict, VerdictParams
+from pilotage.localizer.visibility import VisibilityParams, optimistic_ranges
+
+SAMPLES = 20_000
+"""States that the modes are looked for in."""
+
+LEAST_ENDS = 8
+"""Fewer beams than this cannot tell a pose beyond the cell."""
+
+REFINEMENT_LIMIT = 0.3
+"""A refined pose farther than this [m, rad] from its mode is another place: not believed."""
+
+
+@dataclass(frozen=True)
+class MarkovParams:
+    """Parameters of the localizer.
+
+    `algorithm`: m1 (eq. 3) or m2 (eq. 8, the paper's).
+    `recovery_weight`: weight of M2's floor; 1.0 is exactly the paper's P0 = 1 / |Omega|. With 60
+        beams a scan a thousandth is enough to recover, and leaves the belief sharp.
+    `beams`: beams of a scan that are used.
+    `tempering`: exponent of a scan's likelihood; neighbouring beams meet the same wall and the
+        same error of the map, so 60 of them do not count as 60 measurements.
+    `update_way`, `update_turn`: [m], [rad] the robot moves between two measurements; standing, it
+        measures again after `update_after` seconds.
+    """
+
+    algorithm: Literal["m1", "m2"] = "m2"
+    recovery_weight: float = 1e-3
+    beams: int = 60
+    tempering: float = 0.15
+    update_way: float = 0.10
+    update_turn: float = 0.09
+    update_after: float = 1.0
+    grid: PoseGridParams = field(default_factory=PoseGridParams)
+    spread: MotionSpread = field(default_factory=MotionSpread)
+    scan: LikelihoodFieldParams = field(default_factory=LikelihoodFieldParams)
+    visibility: VisibilityParams = field(default_factory=VisibilityParams)
+    ranges: RangeModelParams = field(default_factory=RangeModelParams)
+    verdict: VerdictParams = field(default_factory=VerdictParams)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What is believed: the best mode's pose (3,), covariance (3, 3), and how far to trust it."""
+
+    pose: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    state: State
+    confidence: float
+    modes: list[Mode]
+    matched: float | None
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Single rangers: `bearings` (n,) in base_link, `ranges` (n,) from its origin, infinite = none.
+
+    `range_max` [m] is the farthest an echo can come from.
+    """
+
+    bearings: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+    range_max: float
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What the sensors saw at one moment.
+
+    `ends`: (n, 2) ends of the laser beams that weigh the belief, in base_link; `all_ends` (m, 2)
+    of all of them, for refining the pose; `compass`: yaw in map and its standard deviation [rad].
+    """
+
+    ends: NDArray[np.float64] | None = None
+    all_ends: NDArray[np.float64] | None = None
+    ranges: Ranges | None = None
+    compass: tuple[float, float] | None = None
+
+
+class MarkovLocalizer:
+    """The belief on a map, moved by odometry and weighed by measurements."""
+
+    def __init__(self, world: OccupancyMap, params: MarkovParams) -> None:
+        self.params = params
+        self.world = world
+        self._states = pose_grid(world, params.grid)
+        self.grid = MarkovGrid(self._states, params.spread)
+        step = self._states.heading_step
+        self._field = likelihood_field(world, self._states.geometry, step, params.scan)
+        self._sight = optimistic_ranges(
+            world, self._states.geometry, self._states.headings, params.visibility
+        )
+        self._walls = wall_distance(world)
+        self._table: RangeTable | None = None
+        self._verdict = Verdict(params.verdict)
+        self._odom_from_base: NDArray[np.float64] | None = None
+        self._stamp_ns = 0
+        self._judged = False
+        self._recovery_weight = 0.0
+        self.choose_algorithm(params.algorithm, params.recovery_weight)
+        self.estimate = self._no_estimate()
+
+    def start_anywhere(self) -> None:
+        """Forget everything: the robot may be in any free place."""
+        self.grid.set_uniform()
+        self._begin()
+
+    def start_at(self, map_from_base: ArrayLike, covariance: NDArray[np.float64]) -> None:
+        """Begin near a pose (3,); ValueError if it is not in free space."""
+        self.grid.set_gaussian(map_from_base, covariance)
+        self._begin()
+        modes = find_modes(*self.grid.heaviest(SAMPLES))
+        self.estimate = self._estimate(modes, modes[0].pose, None)
+
+    def restart_odometry(self) -> None:
+        """Odometry counts from a new origin; the belief stays where it is."""
+        self._odom_from_base = None
+
+    def wants(self, stamp_ns: int, odom_from_base: NDArray[np.float64]) -> bool:
+        """Say whether a measurement now tells more than the last one did."""
+        if self._odom_from_base is None:
+            return True
+        way, turn = apart(odom_from_base, self._odom_from_base)
+        waited = (stamp_ns - self._stamp_ns) / 1e9
+        moved = way >= self.params.update_way or turn >= self.params.update_turn
+        return moved or waited >= self.params.update_after or waited < 0.0
+
+    def update(
+        self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
+    ) -> Estimate:
+        """Predict up to `odom_from_base` (3,), correct by the measurement, judge the belief."""
+        increment = self._increment_to(odom_from_base)
+        self.grid.predict(increment)
+        self._correct(measurement)
+        modes = find_modes(*self.grid.heaviest(SAMPLES))
+        pose, matched = self._refined(modes, measurement)
+        expected = se2.compose(self.estimate.pose, increment) if self._judged else None
+        self._verdict.judge(modes, 1.0 if matched is None else matched, expected)
+        self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
+        self._judged = bool(modes)
+        self.estimate = self._estimate(modes, pose, matched)
+        return self.estimate
+
+    def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the last estimated pose (3,) moved on by odometry since."""
+        return se2.compose(self.estimate.pose, self._increment_to(odom_from_base))
+
+    def choose_algorithm(self, algorithm: Literal["m1", "m2"], recovery_weight: float) -> None:
+        """Use M1, or M2 with this weight of its floor, from the next measurement on."""
+        self._recovery_weight = recovery_weight if algorithm == "m2" else 0.0
+
+    def _begin(self) -> None:
+        self._verdict.reset()
+        self.restart_odometry()
+        self._judged = False
+        self.estimate = self._no_estimate()
+
+    def _no_estimate(self) -> Estimate:
+        width, height = self.world.geometry.size_m
+        middle = se2.compose(self.world.geometry.origin, [width / 2.0, height / 2.0, 0.0])
+        spread = np.diag([width**2 / 12.0, height**2 / 12.0, np.pi**2 / 3.0])
+        return Estimate(middle, spread, "unknown", 0.0, [], None)
+
+    def _increment_to(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self._odom_from_base is None:
+            return np.zeros(3)
+        return se2.between(self._odom_from_base, odom_from_base)
+
+    def _correct(self, measurement: Measurement) -> None:
+        """Weigh the belief: Bel <- a P(s | l) P(b | l) (Bel + P0), eq. 8, 13 and 15."""
+        self.grid.add_floor(self._recovery_weight, measurement.compass)
+        if measurement.ends is not None and len(measurement.ends):
+            self.grid.weigh_scan(measurement.ends, self._field, self.params.tempering)
+            self.grid.settle()
+            self.grid.weigh_visibility(measurement.ends, self._sight, self.params.visibility)
+        if measurement.ranges is not None:
+            self._weigh_ranges(measurement.ranges)
+        self.grid.settle()
+
+    def _weigh_ranges(self, seen: Ranges) -> None:
+        if self._table is None or self._table.range_max != seen.range_max:
+            geometry, headings = self._states.geometry, self._states.headings
+            self._table = range_table(self.world, geometry, headings, seen.range_max)
+        likelihoods = range_likelihoods(seen.ranges, seen.range_max, self.params.ranges)
+        self.grid.weigh_ranges(seen.bearings, likelihoods, self._table)
+
+    def _refined(
+        self, modes: list[Mode], measurement: Measurement
+    ) -> tuple[NDArray[np.float64], float | None]:
+        """Return the best mode's pose, beyond the cell where a scan allows, and its match."""
+        if not modes:
+            return self.estimate.pose, None
+        pose, ends = modes[0].pose, measurement.all_ends
+        if ends is None or len(ends) < LEAST_ENDS:
+            return pose, None
+        refined = refine(pose, ends, self._walls)
+        if max(apart(refined, pose)) > REFINEMENT_LIMIT:
+            refined = pose
+        return refined, matched_share(refined, ends, self._walls)
+
+    def _estimate(
+        self, modes: list[Mode], pose: NDArray[np.float64], matched: float | None
+    ) -> Estimate:
+        covariance = modes[0].covariance if modes else self.estimate.covariance
+        verdict = self._verdict
+        return Estimate(pose, covariance, verdict.state, verdict.confidence, modes, matched)

@@ -1,0 +1,79 @@
+"""The states of the Markov grid: cells of the map times headings (Wu & Bell 2003, section 2)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.core.grid_resampling import resample
+from pilotage.localizer.kernels import Admissible
+
+MERGED = 16
+"""Working on this many needless columns costs less than starting another run."""
+
+
+@dataclass(frozen=True)
+class PoseGridParams:
+    """Parameters of the state space.
+
+    `resolution`: cell size [m]; a finer map is resampled, a coarser one used as it is.
+    `headings`: layers of the belief; 72 are 5 degrees each (the paper's).
+    `most_states`: a larger building gets coarser cells, so that the belief fits the memory.
+    """
+
+    resolution: float = 0.10
+    headings: int = 72
+    most_states: int = 100_000_000
+
+
+@dataclass(frozen=True)
+class PoseGrid:
+    """The state space over a map: `geometry` of a layer, `headings` layers, where states exist."""
+
+    world: OccupancyMap
+    geometry: GridGeometry
+    headings: int
+    admissible: Admissible
+
+    @property
+    def heading_step(self) -> float:
+        """Width of a heading bin [rad]."""
+        return 2.0 * np.pi / self.headings
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Shape (headings, rows, cols) of the belief."""
+        return self.headings, *self.geometry.shape
+
+    @property
+    def admissible_states(self) -> int:
+        """The paper's |Omega|."""
+        return self.headings * int(self.admissible.mask.sum())
+
+
+def pose_grid(world: OccupancyMap, params: PoseGridParams) -> PoseGrid:
+    """Return the state space over a map; ValueError if the map has no free cell."""
+    cells = resample(world, _resolution(world, params))
+    if not cells.is_free.any():
+        raise ValueError("the map has no free cell: a robot can be nowhere on it")
+    return PoseGrid(world, cells.geometry, params.headings, _admissible(cells.is_free))
+
+
+def _resolution(world: OccupancyMap, params: PoseGridParams) -> float:
+    """Return the cell size: as asked, but not finer than the map nor than memory allows."""
+    width, height = world.geometry.size_m
+    least = np.sqrt(width * height * params.headings / params.most_states)
+    return float(max(params.resolution, world.geometry.resolution, least))
+
+
+def _admissible(is_free: NDArray[np.bool_]) -> Admissible:
+    """Return mask and runs; runs that less than MERGED columns part become one."""
+    runs: list[tuple[int, int, int]] = []
+    edges = np.diff(np.pad(is_free, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    for row in np.nonzero(is_free.any(axis=1))[0]:
+        starts, ends = np.nonzero(edges[row] == 1)[0], np.nonzero(edges[row] == -1)[0]
+        parted = starts[1:] - ends[:-1] >= MERGED
+        firsts, lasts = starts[np.append(True, parted)], ends[np.append(parted, True)]
+        runs.extend((int(row), int(a), int(b)) for a, b in zip(firsts, lasts, strict=True))
+    return Admissible(is_free.astype(np.float32), np.array(runs, np.int64))

@@ -1,0 +1,68 @@
+"""Few beams, each against its expected range (Wu & Bell 2003, eq. 5), by table look-up.
+
+The paper's P(s | l) = N(s; o_l, delta^2) is completed by what real rangers do: an outlier
+anywhere in the range, and no echo at all, likeliest where nothing is within reach. Expected
+ranges are kept in one byte a state, in steps of range_max / 255; each measured range turns into
+a table of 256 likelihoods, so that a beam costs one look-up per state.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.core.range_table import expected_ranges
+
+LEVELS = 255
+
+
+@dataclass(frozen=True)
+class RangeModelParams:
+    """Parameters of the range model.
+
+    `delta`: standard deviation of a range [m] (the paper's delta).
+    `outlier`: likelihood of any reading, relative to the best [-].
+    `no_echo`: probability that a wall within reach gives no echo [-].
+    """
+
+    delta: float = 0.15
+    outlier: float = 0.05
+    no_echo: float = 0.2
+
+
+@dataclass(frozen=True)
+class RangeTable:
+    """Expected ranges (headings, rows, cols) uint8, in steps of `range_max` / 255."""
+
+    levels: NDArray[np.uint8]
+    range_max: float
+
+
+def range_table(
+    world: OccupancyMap, geometry: GridGeometry, headings: int, range_max: float
+) -> RangeTable:
+    """Return the expected range from each cell of `geometry` in each of `headings` directions.
+
+    Direction k points along k * 2 pi / headings from the grid's own x axis; LEVELS means
+    nothing within `range_max` [m].
+    """
+    turned = expected_ranges(world, geometry, headings, range_max)
+    levels = np.floor(turned * (LEVELS / range_max) + 0.5)
+    return RangeTable(np.clip(levels, 0, LEVELS).astype(np.uint8), range_max)
+
+
+def range_likelihoods(
+    ranges: NDArray[np.float64], range_max: float, params: RangeModelParams
+) -> NDArray[np.float32]:
+    """Return the likelihood (n, 256) of each measured range (n,) for each expected level.
+
+    An infinite range is "no echo". Relative to the best, so that many beams stay in float32.
+    """
+    expected = np.arange(LEVELS + 1) * (range_max / LEVELS)
+    error = ranges[:, None] - expected[None, :]
+    hit = np.exp(-0.5 * (error / params.delta) ** 2)
+    likelihood = (1.0 - params.outlier) * hit + params.outlier
+    silent = np.where(expected >= range_max, 1.0, params.no_echo)
+    heard = np.isfinite(ranges)[:, None] & (ranges < range_max)[:, None]
+    return np.where(heard, likelihood, silent[None, :]).astype(np.float32)

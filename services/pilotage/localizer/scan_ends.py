@@ -1,0 +1,42 @@
+"""Beams as points in base_link: where they end."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pilotage.core import se2
+from pilotage.core.scans import scan_points
+from pilotage.localizer.markov_localizer import Measurement, Ranges
+
+
+def scan_measurement(
+    ranges: NDArray[np.float32],
+    angles: tuple[float, float],
+    base_from_laser: ArrayLike,
+    beams: int,
+) -> Measurement:
+    """Return a laser scan (n,) as a measurement: `beams` of it evenly, and all of it.
+
+    Args:
+        ranges: infinite where nothing came back.
+        angles: of the first beam, and from beam to beam [rad].
+        base_from_laser: mount of the laser (3,).
+        beams: how many weigh the belief.
+    """
+    all_ends = se2.transform_points(base_from_laser, scan_points(ranges, *angles))
+    count = min(beams, len(all_ends))
+    chosen = np.rint(np.linspace(0, len(all_ends) - 1, count)).astype(np.int64)
+    return Measurement(ends=all_ends[chosen], all_ends=all_ends)
+
+
+def ranges_measurement(
+    ranges: NDArray[np.float32], mounts: NDArray[np.float32], range_max: float
+) -> Measurement:
+    """Return single rangers (n,) at mounts (n, 3) as a measurement from the robot's centre.
+
+    Each range is lengthened by how far its sensor sits from the centre along its direction; for
+    rings that look outward this is exact.
+    """
+    x, y, directions = mounts.astype(np.float64).T
+    ahead = x * np.cos(directions) + y * np.sin(directions)
+    heard = ranges.astype(np.float64)
+    return Measurement(ranges=Ranges(directions, heard + ahead, range_max))

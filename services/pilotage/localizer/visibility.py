@@ -1,0 +1,57 @@
+"""What a beam may not see through (methods E): the evidence that a likelihood field leaves out.
+
+The field asks only whether a beam ends near a wall. A wrong pose in a furnished building often
+ends its beams near some wall; what it cannot hide is a beam that goes through a wall of the map,
+for what the map lacks makes readings shorter, and hardly anything makes them longer.
+
+The expected range of every state is kept as the largest among its neighbours in x, y and
+heading, so that neither the rounding to cells nor a grazing beam nor a door frame is punished.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.localizer.range_model import LEVELS, RangeTable, range_table
+
+
+@dataclass(frozen=True)
+class VisibilityParams:
+    """Parameters of the visibility term.
+
+    `reach`: how far walls are looked for [m]. `margin`: by how much a beam must be too long [m].
+    `penalty`: -log of the factor for each such beam.
+    """
+
+    reach: float = 16.0
+    margin: float = 0.3
+    penalty: float = 0.5
+
+
+def optimistic_ranges(
+    world: OccupancyMap, geometry: GridGeometry, headings: int, params: VisibilityParams
+) -> RangeTable:
+    """Return the largest expected range in the 3 x 3 x 3 neighbourhood of each state."""
+    levels = range_table(world, geometry, headings, params.reach).levels
+    levels = np.maximum(levels, np.maximum(np.roll(levels, 1, 0), np.roll(levels, -1, 0)))
+    for axis in (1, 2):
+        levels = _largest_of_three(levels, axis)
+    return RangeTable(levels, params.reach)
+
+
+def levels_allowed(ranges: NDArray[np.float64], params: VisibilityParams) -> NDArray[np.uint8]:
+    """Return the least expected level (n,) at which a beam of each range (n,) is not too long."""
+    least = (np.minimum(ranges, params.reach) - params.margin) * (LEVELS / params.reach)
+    return np.clip(np.floor(least), 0, LEVELS).astype(np.uint8)
+
+
+def _largest_of_three(levels: NDArray[np.uint8], axis: int) -> NDArray[np.uint8]:
+    """Return each value's maximum with its two neighbours along an axis (none beyond the ends)."""
+    largest = levels.copy()
+    ahead, behind = [slice(None)] * 3, [slice(None)] * 3
+    ahead[axis], behind[axis] = slice(1, None), slice(None, -1)
+    np.maximum(largest[tuple(ahead)], levels[tuple(behind)], out=largest[tuple(ahead)])
+    np.maximum(largest[tuple(behind)], levels[tuple(ahead)], out=largest[tuple(behind)])
+    return largest
