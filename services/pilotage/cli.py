@@ -90,7 +90,7 @@ def run(arguments: list[str]) -> int:
         return _complain(error.format_message(), BAD_INPUT)
     except ConfigError as error:
         return _complain(str(error), BAD_INPUT)
-    except (typer.Abort, KeyboardInterrupt):
+    except typer.Abort:
         return _complain("interrupted", FORCED)
     return code if isinstance(code, int) else 0
 

@@ -98,7 +98,7 @@ class Supervisor:
         return tuple(one.report() for one in self._all.values())
 
     def stop(self, within: float) -> None:
-        """Ask all to end, wait `within` s for all, kill the rest; the router goes after its users."""
+        """Ask all to end, wait `within` s, kill the rest; the router goes after its users."""
         for one in self._all.values():
             one.put_down()
         users = [one for one in self._all.values() if one.entry.after]
