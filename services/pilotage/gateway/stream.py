@@ -37,6 +37,11 @@ class Outbox:
         self._pending[name, "gateway"] = lambda: data
         self._wake.set()
 
+    @property
+    def has_more(self) -> bool:
+        """Whether something waits."""
+        return bool(self._pending)
+
     async def take(self) -> bytes | None:
         """Return the next message to send, waiting for it; None when closed."""
         while not self._pending and not self._is_closed:

@@ -1,6 +1,7 @@
 """One client of the live stream: what it is sent, and the little it may say."""
 
 import asyncio
+import contextlib
 import json
 
 import cbor2
@@ -10,8 +11,8 @@ from pilotage.gateway.live_state import envelope
 from pilotage.gateway.service import GatewayService
 from pilotage.gateway.stream import Outbox
 
-INVALID_DATA, SERVICE_RESTART, TRY_AGAIN_LATER = 1007, 1012, 1013
-"""Close codes of RFC 6455 and its registry: nonsense came; the gateway goes; too slow."""
+GONE, INVALID_DATA, SERVICE_RESTART = 1006, 1007, 1012
+"""Close codes of RFC 6455 and its registry; the first is never sent: nobody would read it."""
 
 STUCK_S = 30.0
 """A client that takes nothing for this long loses its place; it may come again."""
@@ -29,21 +30,16 @@ async def serve_client(websocket: WebSocket, service: GatewayService, outbox: Ou
     await websocket.accept()
     outbox.put_own("hello", service.hello())
     outbox.resume(service.picture())
-    sending = asyncio.create_task(_send(websocket, outbox))
-    try:
-        code = await _first_of(sending, asyncio.create_task(_listen(websocket, service, outbox)))
-        await websocket.close(code)
-    except WebSocketDisconnect:
-        pass  # the client went first
-
-
-async def _first_of(*tasks: asyncio.Task[int]) -> int:
-    """Return the result of the task that ends first; the others are cancelled."""
-    done, pending = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    for task in pending:
-        task.cancel()
-    await asyncio.gather(*pending, return_exceptions=True)
-    return done.pop().result()
+    async with asyncio.TaskGroup() as tasks:
+        sending = tasks.create_task(_send(websocket, outbox))
+        listening = tasks.create_task(_listen(websocket, service, outbox))
+        await asyncio.wait((sending, listening), return_when=asyncio.FIRST_COMPLETED)
+        sending.cancel()
+        listening.cancel()
+    codes = {task.result() for task in (sending, listening) if not task.cancelled()}
+    if GONE not in codes:
+        with contextlib.suppress(WebSocketDisconnect):
+            await websocket.close(codes.pop())
 
 
 async def _send(websocket: WebSocket, outbox: Outbox) -> int:
@@ -52,8 +48,8 @@ async def _send(websocket: WebSocket, outbox: Outbox) -> int:
         try:
             async with asyncio.timeout(STUCK_S):
                 await websocket.send_bytes(data)
-        except TimeoutError as error:
-            raise WebSocketDisconnect(TRY_AGAIN_LATER) from error
+        except (TimeoutError, WebSocketDisconnect):
+            return GONE
     return SERVICE_RESTART
 
 
@@ -62,7 +58,7 @@ async def _listen(websocket: WebSocket, service: GatewayService, outbox: Outbox)
     while True:
         message = await websocket.receive()
         if message["type"] == "websocket.disconnect":
-            raise WebSocketDisconnect(message.get("code", 1000))
+            return GONE
         try:
             _obey(message.get("text"), service, outbox)
         except BadMessageError:

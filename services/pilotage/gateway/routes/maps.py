@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable
 from typing import Any
+from urllib.parse import quote
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse
@@ -106,7 +107,7 @@ async def _rendered(
     media_type: str,
 ) -> Response:
     """Return the file, or that the caller has it already; large maps must not hold the loop."""
-    tag = f'"{grid.map_id}"'
+    tag = f'"{quote(grid.map_id)}"'
     headers = {"etag": tag, "cache-control": "private, no-cache"}
     if _has(request.headers.get("if-none-match", ""), tag):
         return Response(status_code=304, headers=headers)
