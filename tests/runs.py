@@ -104,7 +104,7 @@ class Watch:
 
     def __enter__(self) -> Self:
         fabric = self._stack.enter_context(open_fabric(self._endpoint))
-        self.node = Node("gateway", self._robot, fabric, SystemClock())
+        self.node = Node("spectator", self._robot, fabric, SystemClock())
         self.node.subscribe("deployment", lambda m: self.seen.append((time.monotonic(), m)))
         return self
 

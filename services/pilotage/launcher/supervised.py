@@ -199,10 +199,12 @@ class Supervised:
         return now - self._stopped_since >= STOPPED_LIMIT_S
 
     def _silence(self, now: float) -> str:
+        if self._stopped_since is not None:
+            held = now - self._stopped_since
+            return f"held by a signal for {held:.1f} s (limit {STOPPED_LIMIT_S:.1f} s)"
         silent, limit = self._liveness.silent_for(now), self._liveness.within
-        held = "stopped by a signal, " if self._stopped_since is not None else ""
-        what = "heartbeat" if self.entry.sends_beats else "bus"
-        return f"{held}no {what} for {silent:.1f} s (limit {limit:.1f} s)"
+        what = "heartbeat" if self.entry.sends_beats else "connection"
+        return f"no {what} for {silent:.1f} s (limit {limit:.1f} s)"
 
     def _kill_if_it_does_not_end(self, now: float) -> None:
         if self.child is not None and self._kill_at is not None and now >= self._kill_at:
