@@ -37,6 +37,8 @@ class RouterProcess:
         self.endpoint = f"tcp/127.0.0.1:{self.port}"
         self.deployment = folder / f"router_{self.port}.yaml"
         self.deployment.write_text(f"endpoint: {self.endpoint}\n", encoding="utf-8")
+        module = [sys.executable, "-m", "pilotage.bus.router"]
+        self.command = [*module, "--deployment", str(self.deployment)]
         self._process: subprocess.Popen[bytes] | None = None
 
     def __enter__(self) -> Self:
@@ -48,8 +50,7 @@ class RouterProcess:
 
     def start(self) -> None:
         """Start the process and wait until it listens."""
-        command = [sys.executable, "-m", "pilotage.bus.router"]
-        self._process = subprocess.Popen([*command, "--deployment", str(self.deployment)])
+        self._process = subprocess.Popen(self.command)
         eventually(lambda: listens(self.port), within=20.0, what="the router listening")
 
     def kill(self, number: int = signal.SIGKILL) -> int:
