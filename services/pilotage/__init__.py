@@ -1,3 +1,3 @@
-"""Pilotage tells a mobile robot where it is: services over Zenoh, mathematics in numpy and numba."""
+"""Pilotage tells a mobile robot where it is: services over Zenoh, mathematics in numba."""
 
 __version__ = "0.1.0"

@@ -44,6 +44,10 @@ class OdometryBuffer:
         after = min(after, len(self._stamps) - 1)
         return self._interpolate(after, stamp_ns)
 
+    def latest(self) -> tuple[int, NDArray[np.float64]] | None:
+        """Return the newest stamp and pose (3,), or None while the buffer is empty."""
+        return (self._stamps[-1], self._poses[-1].copy()) if self._stamps else None
+
     def clear(self) -> None:
         """Forget everything: the odometry has started anew."""
         self._stamps.clear()

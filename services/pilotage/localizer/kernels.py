@@ -14,6 +14,8 @@ from pilotage.core.jit import kernel
 
 Belief = NDArray[np.float32]
 
+LOG_FIT_0, LOG_FIT_1, LOG_FIT_2 = np.float32(0.438073), np.float32(-0.236693), np.float32(0.080307)
+
 
 class Admissible(NamedTuple):
     """Where the robot may stand.
@@ -271,6 +273,53 @@ def _sum_and_peak(run: NDArray[np.float32]) -> tuple[float, np.float32]:
 
 
 @kernel
+def sum_headings(
+    belief: Belief, admissible: Admissible, mass: NDArray[np.float64], least: float
+) -> NDArray[np.float32]:
+    """Return the belief (rows, cols) summed over headings, runs lighter than `least` left out."""
+    headings, rows, cols = belief.shape
+    marginal = np.zeros((rows, cols), np.float32)
+    for k in range(headings):
+        for i in range(len(admissible.runs)):
+            if mass[k, i] > least:
+                row, first, last = admissible.runs[i]
+                _add_row(marginal[row, first:last], belief[k, row, first:last], np.float32(1.0))
+    return marginal
+
+
+@kernel
+def sum_logarithms(
+    belief: Belief, bits: NDArray[np.int32], admissible: Admissible, mass: NDArray[np.float64]
+) -> float:
+    """Return the sum of b log2 b over the belief; runs without mass add nothing.
+
+    `bits` is the same memory as `belief`, read as integers.
+    """
+    total = 0.0
+    for k in range(len(belief)):
+        for i in range(len(admissible.runs)):
+            if mass[k, i] > 0.0:
+                row, first, last = admissible.runs[i]
+                total += _sum_run_logarithms(belief[k, row, first:last], bits[k, row, first:last])
+    return total
+
+
+@kernel
+def _sum_run_logarithms(run: NDArray[np.float32], bits: NDArray[np.int32]) -> float:
+    """Sum b log2 b with log2 from the float's own exponent and mantissa 1 + f.
+
+    log2(1 + f) = f + f (1 - f) p(f), p being a least-squares parabola: good to 2e-4.
+    """
+    total = np.float32(0.0)
+    for i in range(len(run)):
+        exponent = np.float32((bits[i] >> 23) - 127)
+        f = np.float32(bits[i] & 0x7FFFFF) * np.float32(2.0**-23)
+        bend = LOG_FIT_0 + f * (LOG_FIT_1 + f * LOG_FIT_2)
+        total += run[i] * (exponent + f + f * (np.float32(1.0) - f) * bend)
+    return float(total)
+
+
+@kernel
 def shift_layer(layer: NDArray[np.float32], up: int, right: int) -> None:
     """Move a layer (rows, cols) by whole cells in place; what enters is 0, what leaves is lost."""
     rows, cols = layer.shape
@@ -366,3 +415,23 @@ def _add_shifted(
 def _add_row(target: NDArray[np.float32], source: NDArray[np.float32], give: np.float32) -> None:
     for i in range(len(target)):
         target[i] += give * source[i]
+
+
+def warm_up() -> None:
+    """Compile every kernel for the types it meets in service."""
+    belief = np.ones((2, 3, 3), np.float32)
+    area = Admissible(np.ones((3, 3), np.float32), np.array([[0, 0, 3], [2, 0, 3]]))
+    tables = np.zeros((2, 3, 3), np.uint8)
+    pair = np.zeros((2, 5, 3), np.int64)
+    ones = np.ones(5 * 255 + 1, np.float32)
+    add_floor(belief, area, Prior(1.0, 0.0, np.ones(2, np.float32)))
+    weigh_scan(belief, area, pair, tables, ones)
+    sight = Sight(np.zeros((2, 1), np.int64), np.zeros(1, np.uint8), np.float32(0.0))
+    weigh_visibility(belief, area, sight, tables, ones)
+    weigh_ranges(belief, area, np.zeros((2, 1), np.int64), tables, np.ones((1, 256), np.float32))
+    runs = sum_runs(belief, area)
+    sum_headings(belief, area, runs.mass, 0.0)
+    sum_logarithms(belief, belief.view(np.int32), area, runs.mass)
+    shift_layer(belief[0], 1, 1)
+    spread_layer(belief[0], 0.1)
+    spread_headings(belief, 0.1, np.zeros((2, 2), np.int64))

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pilotage.core import se2
 from pilotage.core.distance_field import distance_to_walls
 from pilotage.core.grid import GridGeometry, OccupancyMap
 
@@ -58,7 +59,7 @@ class LikelihoodField:
 def likelihood_field(
     world: OccupancyMap, geometry: GridGeometry, heading_step: float, params: LikelihoodFieldParams
 ) -> LikelihoodField:
-    """Return the field of a map on the cells of `geometry` (same origin, coarser or equal).
+    """Return the field of a map on the cells of `geometry` and a margin around them.
 
     Args:
         world: the map.
@@ -66,16 +67,23 @@ def likelihood_field(
         heading_step: width of a heading bin [rad].
         params: sensor parameters.
     """
-    distance = _distance_at_centres(world, geometry)
     limits = np.array(params.class_limits)
     margin = int(np.ceil(limits[-1] / geometry.resolution)) + 2
+    distance = _distance_at_centres(world, _widened(geometry, margin))
     step = -np.log(params.outlier) / STEPS
-    costs = np.full((len(limits), *(length + 2 * margin for length in geometry.shape)), STEPS)
-    inside = slice(margin, -margin)
+    costs = np.empty((len(limits), *distance.shape), np.uint8)
     for index, sigma in enumerate(_sigmas(limits, geometry.resolution, heading_step, params)):
         likelihood = (1.0 - params.outlier) * np.exp(-0.5 * (distance / sigma) ** 2)
-        costs[index, inside, inside] = np.rint(-np.log(likelihood + params.outlier) / step)
-    return LikelihoodField(costs.astype(np.uint8), step, margin, limits)
+        costs[index] = np.rint(-np.log(likelihood + params.outlier) / step)
+    return LikelihoodField(costs, step, margin, limits)
+
+
+def _widened(geometry: GridGeometry, margin: int) -> GridGeometry:
+    """Return the geometry with `margin` more cells on every side."""
+    out = -margin * geometry.resolution
+    x, y, theta = (float(value) for value in se2.compose(geometry.origin, [out, out, 0.0]))
+    rows, cols = (length + 2 * margin for length in geometry.shape)
+    return GridGeometry(rows, cols, geometry.resolution, (x, y, theta))
 
 
 def _sigmas(
@@ -92,12 +100,10 @@ def _sigmas(
 
 
 def _distance_at_centres(world: OccupancyMap, geometry: GridGeometry) -> NDArray[np.float64]:
-    """Return the distance to the nearest wall at the centre of each cell of `geometry`."""
+    """Return the distance to the nearest wall at the centres of cells; infinity off the map."""
     fine = distance_to_walls(world.is_wall, world.geometry.resolution)
-    ratio = geometry.resolution / world.geometry.resolution
-    rows, cols = (
-        np.minimum(((np.arange(count) + 0.5) * ratio).astype(np.int64), limit - 1)
-        for count, limit in zip(geometry.shape, world.geometry.shape, strict=True)
-    )
-    centres: NDArray[np.float64] = fine[np.ix_(rows, cols)].astype(np.float64)
-    return centres
+    cells = world.geometry.cells_of(geometry.centres_of(np.argwhere(np.ones(geometry.shape, bool))))
+    inside = world.geometry.contains(cells)
+    distance = np.full(len(cells), np.inf)
+    distance[inside] = fine[tuple(cells[inside].T)]
+    return distance.reshape(geometry.shape)

@@ -105,6 +105,22 @@ class MarkovGrid:
             self.set_uniform()
             raise ValueError("the pose is not in the map's free space")
 
+    def set_states(self, poses: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
+        """Believe in poses (n, 3) of the map frame with weights (n,), and a little everywhere.
+
+        What the weights lack to one is spread over all admissible states.
+        """
+        self.set_uniform()
+        self.belief *= np.float32(max(0.0, 1.0 - float(weights.sum())))
+        local = se2.compose(se2.inverse(self.grid.geometry.origin), poses)
+        layers = np.rint(local[:, 2] / self.grid.heading_step).astype(np.int64)
+        cells = self.grid.geometry.cells_of(poses[:, :2])
+        inside = self.grid.geometry.contains(cells)
+        states = (layers[inside] % self.grid.headings, *cells[inside].T)
+        np.add.at(self.belief, states, weights[inside].astype(np.float32))
+        self.belief *= self.grid.admissible.mask
+        self.settle()
+
     def predict(self, increment: ArrayLike) -> None:
         """Move the belief by odometry's `increment` (3,): the new base seen from the old one."""
         dx, dy, turn = np.asarray(increment, float)
@@ -198,6 +214,23 @@ class MarkovGrid:
             states, weights = states[order], weights[order]
         return self.poses_of(states), weights.astype(np.float64) / self.total
 
+    def marginal(self) -> NDArray[np.float32]:
+        """Return the share of the belief (rows, cols) in each cell, whatever the heading."""
+        if self.total == 0.0:
+            return np.zeros(self.grid.geometry.shape, np.float32)
+        least = NEGLIGIBLE * self.total
+        summed = kernels.sum_headings(self.belief, self.grid.admissible, self.runs.mass, least)
+        return summed / np.float32(self.total)
+
+    def entropy(self) -> float:
+        """Return H = -sum Bel log2 Bel in bits (Liu et al. 2008, eq. 5), to about 1e-3."""
+        if self.total == 0.0:
+            return 0.0
+        bits = self.belief.view(np.int32)
+        summed = kernels.sum_logarithms(self.belief, bits, self.grid.admissible, self.runs.mass)
+        # H of b / total is log2(total) - (sum b log2 b) / total.
+        return max(0.0, float(np.log2(self.total) - summed / self.total))
+
     def _threshold(self, most: int) -> float:
         """Return a weight that about `most` states at most exceed, judged by the runs' maxima."""
         peaks = self.runs.peak.ravel()
@@ -239,7 +272,8 @@ class MarkovGrid:
     ) -> NDArray[np.int64]:
         """Return the layer (headings, n) of the range table that each bearing points along."""
         count = len(table.levels)
-        turns = (self.headings[:, None] + bearings[None, :]) / (2.0 * np.pi)
+        map_headings = self.headings + self.grid.geometry.origin[2]
+        turns = (map_headings[:, None] + bearings[None, :]) / (2.0 * np.pi)
         return np.rint(turns * count).astype(np.int64) % count
 
     def _shift_layers(self) -> None:

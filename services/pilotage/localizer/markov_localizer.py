@@ -4,7 +4,7 @@ Pure: stamps come with the measurements, poses with the odometry. The service an
 command feed it alike.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -28,6 +28,9 @@ from pilotage.localizer.visibility import VisibilityParams, optimistic_ranges
 
 SAMPLES = 20_000
 """States that the modes are looked for in."""
+
+REMEMBERED = 5_000
+"""States kept in a memory; what they leave out comes back as uniform belief."""
 
 LEAST_ENDS = 8
 """Fewer beams than this cannot tell a pose beyond the cell."""
@@ -102,6 +105,24 @@ class Measurement:
     ranges: Ranges | None = None
     compass: tuple[float, float] | None = None
 
+    def with_compass(self, compass: tuple[float, float] | None) -> "Measurement":
+        """Return the same measurement with what the compass said."""
+        return replace(self, compass=compass)
+
+
+@dataclass(frozen=True)
+class Memory:
+    """A belief cut down to its heaviest states: poses (n, 3), weights (n,), and where it stood.
+
+    `odom_from_base` (3,) and `stamp_ns` are of the last measurement.
+    """
+
+    poses: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    odom_from_base: NDArray[np.float64]
+    stamp_ns: int
+    was_localized: bool
+
 
 class MarkovLocalizer:
     """The belief on a map, moved by odometry and weighed by measurements."""
@@ -137,6 +158,24 @@ class MarkovLocalizer:
         self._begin()
         modes = find_modes(*self.grid.heaviest(SAMPLES))
         self.estimate = self._estimate(modes, modes[0].pose, None)
+
+    def resume(self, memory: Memory) -> None:
+        """Go on from what an earlier run remembered; the next measurement has to confirm it."""
+        self.grid.set_states(memory.poses, memory.weights)
+        self._begin()
+        self._odom_from_base, self._stamp_ns = memory.odom_from_base, memory.stamp_ns
+        modes = find_modes(*self.grid.heaviest(SAMPLES))
+        self._verdict.resume(was_localized=memory.was_localized)
+        self._judged = bool(modes)
+        self.estimate = self._estimate(modes, modes[0].pose, None)
+
+    def remember(self) -> Memory | None:
+        """Return what `resume` needs, or None before the first measurement."""
+        if self._odom_from_base is None:
+            return None
+        poses, weights = self.grid.heaviest(REMEMBERED)
+        localized = self.estimate.state == "localized"
+        return Memory(poses, weights, self._odom_from_base, self._stamp_ns, localized)
 
     def restart_odometry(self) -> None:
         """Odometry counts from a new origin; the belief stays where it is."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.grid_resampling import resample
 from pilotage.localizer.kernels import Admissible
@@ -57,7 +58,20 @@ def pose_grid(world: OccupancyMap, params: PoseGridParams) -> PoseGrid:
     cells = resample(world, _resolution(world, params))
     if not cells.is_free.any():
         raise ValueError("the map has no free cell: a robot can be nowhere on it")
-    return PoseGrid(world, cells.geometry, params.headings, _admissible(cells.is_free))
+    geometry, is_free = _cropped(cells)
+    return PoseGrid(world, geometry, params.headings, _admissible(is_free))
+
+
+def _cropped(cells: OccupancyMap) -> tuple[GridGeometry, NDArray[np.bool_]]:
+    """Return the smallest grid that holds all free cells, and which of its cells are free."""
+    old, is_free = cells.geometry, cells.is_free
+    rows, cols = np.nonzero(is_free.any(axis=1))[0], np.nonzero(is_free.any(axis=0))[0]
+    bottom, left = int(rows[0]), int(cols[0])
+    inside = is_free[bottom : rows[-1] + 1, left : cols[-1] + 1]
+    corner = [left * old.resolution, bottom * old.resolution, 0.0]
+    x, y, theta = (float(value) for value in se2.compose(old.origin, corner))
+    geometry = GridGeometry(len(inside), inside.shape[1], old.resolution, (x, y, theta))
+    return geometry, np.ascontiguousarray(inside)
 
 
 def _resolution(world: OccupancyMap, params: PoseGridParams) -> float:

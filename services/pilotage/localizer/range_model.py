@@ -44,7 +44,7 @@ def range_table(
 ) -> RangeTable:
     """Return the expected range from each cell of `geometry` in each of `headings` directions.
 
-    Direction k points along k * 2 pi / headings from the grid's own x axis; LEVELS means
+    Direction k points along k * 2 pi / headings in the map frame; LEVELS means
     nothing within `range_max` [m].
     """
     turned = expected_ranges(world, geometry, headings, range_max)

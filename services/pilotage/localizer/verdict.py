@@ -55,6 +55,11 @@ class Verdict:
         self.state, self.confidence = "unknown", 0.0
         self._agreeing, self._was_localized = 0, False
 
+    def resume(self, *, was_localized: bool) -> None:
+        """Begin from an earlier verdict: one more agreeing scan confirms a localized robot."""
+        self.reset()
+        self._agreeing = self.params.earned_by - 1 if was_localized else 0
+
     def judge(
         self, modes: list[Mode], matched: float, expected: NDArray[np.float64] | None
     ) -> State:

@@ -1,0 +1,37 @@
+"""Settings of the localizer."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pilotage.bus.deployment import Settings
+from pilotage.localizer.markov_localizer import MarkovParams
+from pilotage.localizer.pose_grid import PoseGridParams
+
+Sensor = Literal["laser", "sonar", "compass"]
+
+
+class LocalizerSettings(Settings):
+    """What the localizer listens to and how finely it believes.
+
+    `sensors`: which measurements weigh the belief. `resolution` [m] and `headings`: the states.
+    `algorithm`, `recovery_weight`, `tempering`: see MarkovParams (Wu & Bell 2003, eq. 3 and 8).
+    `belief_period`: least time [s] between two `belief` messages.
+    """
+
+    sensors: tuple[Sensor, ...] = ("laser", "compass")
+    resolution: Annotated[float, Field(ge=0.02, le=1.0)] = PoseGridParams.resolution
+    headings: Annotated[int, Field(ge=8, le=720)] = PoseGridParams.headings
+    algorithm: Literal["m1", "m2"] = MarkovParams.algorithm
+    recovery_weight: Annotated[float, Field(ge=0.0, le=1.0)] = MarkovParams.recovery_weight
+    tempering: Annotated[float, Field(gt=0.0, le=1.0)] = MarkovParams.tempering
+    belief_period: Annotated[float, Field(ge=0.05, le=10.0)] = 0.4
+
+    def params(self) -> MarkovParams:
+        """Return the parameters of the mathematics."""
+        return MarkovParams(
+            algorithm=self.algorithm,
+            recovery_weight=self.recovery_weight,
+            tempering=self.tempering,
+            grid=PoseGridParams(resolution=self.resolution, headings=self.headings),
+        )

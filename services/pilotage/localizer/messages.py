@@ -1,0 +1,82 @@
+"""Estimates and beliefs as messages."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core import se2
+from pilotage.core.grid import GridGeometry
+from pilotage.localizer.markov_localizer import Estimate, MarkovLocalizer
+from pilotage_schemas.geometry import Pose2
+from pilotage_schemas.localization import Belief, Marginal, Mode, PoseEstimate
+
+SAMPLES = 2000
+MODES = 8
+MARGINAL_RESOLUTION = 0.2
+LEAST_SHARE = 1e-6
+"""Share of the belief in a cell of the marginal below which the cell is cut off at the edges."""
+
+
+def pose_of(pose: NDArray[np.float64]) -> Pose2:
+    """Return a pose (3,) as a message part."""
+    x, y, theta = (float(value) for value in pose)
+    return Pose2(x=x, y=y, theta=theta)
+
+
+def pose_message(estimate: Estimate, pose: NDArray[np.float64], stamp_ns: int) -> PoseEstimate:
+    """Return the estimate, its pose moved on by odometry to `pose` (3,) at `stamp_ns`."""
+    return PoseEstimate(
+        stamp_ns=stamp_ns,
+        frame_id="map",
+        pose=pose_of(pose),
+        covariance=estimate.covariance,
+        state=estimate.state,
+        confidence=min(1.0, max(0.0, estimate.confidence)),
+    )
+
+
+def belief_message(localizer: MarkovLocalizer, map_id: str, stamp_ns: int) -> Belief:
+    """Return the belief reduced to samples, modes and a marginal."""
+    grid = localizer.grid
+    poses, weights = grid.heaviest(SAMPLES)
+    samples = np.column_stack([poses, weights / max(weights.sum(), 1e-300)])
+    return Belief(
+        stamp_ns=stamp_ns,
+        frame_id="map",
+        map_id=map_id,
+        method="markov",
+        samples=samples.astype(np.float32),
+        entropy=grid.entropy(),
+        modes=tuple(
+            Mode(mass=min(1.0, mode.mass), pose=pose_of(mode.pose), covariance=mode.covariance)
+            for mode in localizer.estimate.modes[:MODES]
+        ),
+        marginal=_marginal(grid.marginal(), grid.grid.geometry),
+        matched=localizer.estimate.matched,
+    )
+
+
+def _marginal(cells: NDArray[np.float32], geometry: GridGeometry) -> Marginal:
+    """Return the marginal on coarser cells, cut to where the belief is."""
+    factor = max(1, round(MARGINAL_RESOLUTION / geometry.resolution))
+    rows, cols = (-length % factor for length in cells.shape)
+    padded = np.pad(cells, ((0, rows), (0, cols)))
+    blocks = padded.reshape(padded.shape[0] // factor, factor, -1, factor).sum(axis=(1, 3))
+    window = _window(blocks >= LEAST_SHARE)
+    resolution = geometry.resolution * factor
+    corner = np.array([window[1].start * resolution, window[0].start * resolution, 0.0])
+    return Marginal(
+        resolution=resolution,
+        origin=pose_of(se2.compose(geometry.origin, corner)),
+        mass=np.ascontiguousarray(blocks[window], np.float32),
+    )
+
+
+def _window(kept: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the smallest window that holds all kept cells, the first cell if there is none."""
+    if not kept.any():
+        return slice(0, 1), slice(0, 1)
+    spans = []
+    for axis in (1, 0):
+        index = np.nonzero(kept.any(axis=axis))[0]
+        spans.append(slice(int(index[0]), int(index[-1]) + 1))
+    return spans[0], spans[1]
