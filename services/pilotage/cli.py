@@ -4,6 +4,7 @@ Bad arguments and unreadable input end with exit code 2 and one line that says w
 """
 
 import sys
+import sysconfig
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +16,11 @@ from pilotage.bus.deployment import ConfigError
 
 BAD_INPUT = 2
 FORCED = 130
-DEMO = Path(__file__).resolve().parents[2] / "deploy" / "config" / "demo.yaml"
+DEMOS = (
+    Path(__file__).resolve().parents[2] / "deploy" / "config" / "demo.yaml",
+    Path(sysconfig.get_path("data")) / "share" / "pilotage" / "config" / "demo.yaml",
+)
+"""The demo of a checkout, and of an installed package."""
 
 
 class Method(Enum):
@@ -110,11 +115,10 @@ def localize(  # noqa: PLR0913, PLR0917 - the options that design section 4 fixe
 
 
 def _demo() -> Path:
-    if not DEMO.is_file():
-        raise ConfigError(
-            "the demo belongs to the checkout, not to the installed package: name a deployment file"
-        )
-    return DEMO
+    for path in DEMOS:
+        if path.is_file():
+            return path
+    raise ConfigError(f"the demo is missing from {DEMOS[0].parent}: name a deployment file")
 
 
 def main() -> None:

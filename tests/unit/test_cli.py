@@ -140,7 +140,7 @@ def test_without_a_file_the_demo_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_without_a_checkout_there_is_no_demo(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(cli, "DEMO", tmp_path / "demo.yaml")
+    monkeypatch.setattr(cli, "DEMOS", (tmp_path / "demo.yaml",))
     assert "name a deployment file" in complaint(capsys, "up")
 
 
