@@ -12,14 +12,14 @@ import processes
 from pilotage.bus.fabric import RefusedError
 from pilotage_schemas.commands import Restart
 from runs import Run, Watch, figure, lives
-from waiting import eventually
+from waiting import eventually, never
 
 pytestmark = pytest.mark.system
 
 
-def toys(folder: Path, **moods: str) -> tuple[Run, str]:
+def toys(folder: Path, endpoint: str = "", **moods: str) -> tuple[Run, str]:
     """Return a run of toys, not yet started, and its endpoint."""
-    endpoint = f"tcp/127.0.0.1:{processes.free_port()}"
+    endpoint = endpoint or f"tcp/127.0.0.1:{processes.free_port()}"
     lines = [f"  {name}: {{mood: {mood}}}" for name, mood in moods.items()]
     path = folder / "toys.yaml"
     path.write_text("\n".join([f"endpoint: {endpoint}", "services:", *lines]), encoding="utf-8")
@@ -137,6 +137,39 @@ def test_a_held_process_does_not_outlive_a_killed_launcher(tmp_path: Path) -> No
         os.kill(held, signal.SIGSTOP)
         run.send(signal.SIGKILL)
         eventually(lambda: not lives(held), 10.0, "the end of the held process")
+
+
+def test_a_router_that_answers_already_is_used(tmp_path: Path) -> None:
+    with processes.RouterProcess(tmp_path) as zenohd:
+        run, _ = toys(tmp_path, zenohd.endpoint, ann="steady")
+        with run, Watch(zenohd.endpoint) as watch:
+            before = watch.until("ann", "ready")
+            assert set(watch.processes()) == {"ann"}
+            zenohd.kill()
+            zenohd.start()
+            watch.seen.clear()
+            assert watch.until("ann", "ready") == before
+
+
+def test_a_launcher_that_stood_still_blames_nobody(tmp_path: Path) -> None:
+    run, endpoint = toys(tmp_path, ann="steady")
+    with run, Watch(endpoint) as watch:
+        victim = watch.pid("ann")
+        os.kill(run.pid, signal.SIGSTOP)
+        never(lambda: not lives(victim), during=4.0, what="the end of ann")
+        watch.node.step()
+        os.kill(run.pid, signal.SIGCONT)
+        watch.seen.clear()
+        assert watch.until("ann", "ready", "late", "down").state == "ready"
+        assert watch.pid("ann") == victim
+
+
+def test_a_closed_terminal_ends_the_run(tmp_path: Path) -> None:
+    run, _ = toys(tmp_path, ann="steady")
+    with run:
+        run.says("ann        ready")
+        run.send(signal.SIGHUP)
+        assert run.ended() == 0
 
 
 def test_a_service_whose_loop_hangs_is_replaced(tmp_path: Path) -> None:
