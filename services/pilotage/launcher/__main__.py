@@ -4,14 +4,13 @@ import argparse
 from pathlib import Path
 
 from pilotage.bus.deployment import ConfigError
-from pilotage.bus.runner import complain, prepare_process
+from pilotage.bus.runner import complain
 from pilotage.launcher.effective import Overrides
 from pilotage.launcher.run import launch
 
 
 def main() -> int:
     """Run the deployment; 2 with one line when it cannot be run."""
-    prepare_process("launcher")
     parser = argparse.ArgumentParser("pilotage.launcher")
     parser.add_argument("--deployment", type=Path, required=True, help="YAML file of the run")
     try:

@@ -10,7 +10,7 @@ from pilotage import __version__
 from pilotage.bus.clock import SystemClock
 from pilotage.bus.deployment import ConfigError, Deployment, read_deployment, service_settings
 from pilotage.bus.node import Node
-from pilotage.bus.runner import LAUNCHER_PID
+from pilotage.bus.runner import LAUNCHER_PID, prepare_process
 from pilotage.bus.session import open_fabric
 from pilotage.launcher.addresses import is_accepting, page_address
 from pilotage.launcher.child import Child
@@ -44,6 +44,7 @@ def launch(
     `when_served(address)` is called once the page can be opened. Raises ConfigError for what
     cannot be run; 1: the run had to end by itself; 2: a service refused its settings.
     """
+    prepare_process("launcher")
     deployment = _checked(path, overrides, table)
     settings = service_settings(deployment, "launcher", LauncherSettings)
     with run_folder(state_folder(), settings.keep_runs) as folder:
