@@ -1,0 +1,213 @@
+"""Every pass over the belief against its naive twin on random beliefs, masks and tables."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from naive import markov as naive
+from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.localizer import kernels
+from pilotage.localizer.kernels import Admissible, Prior, Sight
+from pilotage.localizer.pose_grid import MERGED, PoseGridParams, pose_grid
+
+SEEDS = st.integers(0, 2**32 - 1)
+CLOSE = 1e-5
+"""Relative: the kernels keep the belief in float32."""
+
+
+class Case:
+    """A random belief on a random floor, every layer empty in places as after a measurement."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng = np.random.default_rng(seed)
+        self.headings, rows = self.rng.integers(1, 6), self.rng.integers(1, 7)
+        cols = self.rng.integers(1, 50)
+        is_free = self.rng.random((rows, cols)) < self.rng.choice([0.1, 0.5, 0.95])
+        is_free[self.rng.integers(rows), self.rng.integers(cols)] = True
+        cells = np.where(is_free, 0, 100).astype(np.int8)
+        grid = pose_grid(
+            OccupancyMap(GridGeometry(int(rows), int(cols), 1.0), cells),
+            PoseGridParams(resolution=1.0, headings=int(self.headings)),
+        )
+        self.admissible = grid.admissible
+        self.shape = grid.shape
+        sparse = self.rng.random(self.shape) ** 4 * (self.rng.random(self.shape) < 0.7)
+        self.belief = (sparse * self.admissible.mask).astype(np.float32)
+
+    @property
+    def exact(self) -> np.ndarray:
+        return self.belief.astype(np.float64)
+
+    def bytes_of(self, *shape: int) -> np.ndarray:
+        return self.rng.integers(0, 256, shape).astype(np.uint8)
+
+
+def close(expected: np.ndarray, smallest: float = 1e-30) -> object:
+    return pytest.approx(expected, rel=CLOSE, abs=smallest)
+
+
+@given(SEEDS)
+def test_runs_hold_all_admissible_cells_and_no_long_gap(seed: int) -> None:
+    area = Case(seed).admissible
+    assert [tuple(run) for run in area.runs] == naive.runs_of(area.mask, MERGED)
+    assert not area.mask[~naive.covered(area.mask, area.runs)].any()
+
+
+@given(SEEDS, st.floats(0.0, 10.0), st.floats(0.0, 1.0))
+def test_floor_is_added_where_a_robot_may_stand(seed: int, scale: float, floor: float) -> None:
+    case = Case(seed)
+    case.belief += 0.5  # what spread into walls must vanish
+    heading = case.rng.random(case.shape[0]).astype(np.float32)
+    mask = case.admissible.mask
+    expected = naive.add_floor(case.exact, mask, scale, floor, heading.astype(np.float64))
+    kernels.add_floor(case.belief, case.admissible, Prior(scale, floor, heading))
+    assert case.belief == close(expected, 1e-36)
+
+
+@given(SEEDS, st.integers(0, 9))
+def test_scan_weighs_each_state_by_the_costs_of_its_own_beams(seed: int, count: int) -> None:
+    case = Case(seed)
+    headings, rows, cols = case.shape
+    margin, classes = 3, 2
+    costs = case.bytes_of(classes, rows + 2 * margin, cols + 2 * margin)
+    beams = case.rng.integers(0, 2 * margin + 1, (headings, count, 3))
+    beams[:, :, 0] %= classes
+    likelihood = case.rng.random(255 * count + 1).astype(np.float32)
+    expected = naive.weigh_scan(case.exact, case.admissible.mask, beams, costs, likelihood)
+    kernels.weigh_scan(case.belief, case.admissible, beams, costs, likelihood)
+    assert case.belief == close(expected)
+
+
+@given(SEEDS, st.integers(1, 5))
+def test_ranges_weigh_each_state_by_what_it_should_measure(seed: int, count: int) -> None:
+    case = Case(seed)
+    headings, rows, cols = case.shape
+    levels = case.bytes_of(7, rows, cols)
+    directions = case.rng.integers(0, 7, (headings, count))
+    likelihoods = case.rng.random((count, 256)).astype(np.float32)
+    mask = case.admissible.mask
+    expected = naive.weigh_ranges(case.exact, mask, directions, levels, likelihoods)
+    kernels.weigh_ranges(case.belief, case.admissible, directions, levels, likelihoods)
+    assert case.belief == close(expected)
+
+
+@given(SEEDS, st.integers(1, 6), st.floats(0.0, 0.8))
+def test_visibility_counts_beams_through_walls_and_passes_over_what_is_light(
+    seed: int, count: int, least: float
+) -> None:
+    case = Case(seed)
+    levels = case.bytes_of(5, *case.shape[1:])
+    directions = case.rng.integers(0, 5, (case.shape[0], count))
+    allowed = case.bytes_of(count)
+    factors = np.sort(case.rng.random(count + 1).astype(np.float32))[::-1].copy()
+    before = case.exact
+    sight = Sight(directions, allowed, np.float32(least))
+    kernels.weigh_visibility(case.belief, case.admissible, sight, levels, factors)
+    for state in np.ndindex(case.shape):
+        through = naive.beams_through_walls(directions, allowed, levels, state)
+        expected = before[state] * factors[through]
+        if before[state] > np.float32(least):
+            assert case.belief[state] == close(expected)
+        else:
+            assert case.belief[state] == close(expected) or case.belief[state] == before[state]
+
+
+@given(SEEDS)
+def test_runs_are_summed_and_their_peaks_found(seed: int) -> None:
+    case = Case(seed)
+    runs = kernels.sum_runs(case.belief, case.admissible)
+    mass, peak = naive.sum_runs(case.exact, case.admissible.runs)
+    assert runs.mass == close(mass)
+    assert np.array_equal(runs.peak, peak)
+
+
+@given(SEEDS, st.floats(0.0, 0.5))
+def test_headings_sum_to_the_marginal_but_for_runs_that_are_light(seed: int, least: float) -> None:
+    case = Case(seed)
+    runs = kernels.sum_runs(case.belief, case.admissible)
+    marginal = kernels.sum_headings(case.belief, case.admissible, runs.mass, least)
+    left_out = runs.mass[runs.mass <= least].sum()
+    exact = case.exact.sum(axis=0)
+    assert (marginal <= exact * (1.0 + CLOSE) + 1e-30).all()
+    assert exact.sum() - marginal.sum() == pytest.approx(left_out, rel=1e-4, abs=1e-5)
+
+
+@given(SEEDS, st.integers(-30, 10))
+def test_logarithms_give_the_entropy_in_bits(seed: int, exponent: int) -> None:
+    case = Case(seed)
+    case.belief[0, *np.argwhere(case.admissible.mask)[0]] = 0.5
+    case.belief *= np.float32(2.0**exponent)
+    runs = kernels.sum_runs(case.belief, case.admissible)
+    bits = case.belief.view(np.int32)
+    summed = kernels.sum_logarithms(case.belief, bits, case.admissible, runs.mass)
+    total = float(runs.mass.sum())
+    entropy = np.log2(total) - summed / total
+    assert entropy == pytest.approx(naive.entropy_bits(case.exact), abs=2e-3)
+
+
+@given(SEEDS, st.integers(-8, 8), st.integers(-60, 60))
+def test_shift_moves_a_layer_by_whole_cells(seed: int, up: int, right: int) -> None:
+    layer = Case(seed).belief[0]
+    expected = naive.shift_layer(layer.astype(np.float64), up, right)
+    kernels.shift_layer(layer, up, right)
+    assert np.array_equal(layer, expected)
+
+
+@given(SEEDS, st.floats(0.0, 0.25))
+def test_spread_gives_each_neighbour_its_share(seed: int, share: float) -> None:
+    layer = Case(seed).belief[0]
+    expected = naive.spread_layer(layer.astype(np.float64), share)
+    kernels.spread_layer(layer, share)
+    assert layer == close(expected, 1e-7)
+
+
+@given(SEEDS, st.floats(0.0, 0.25))
+def test_headings_spread_to_the_places_where_their_neighbours_lie(seed: int, share: float) -> None:
+    case = Case(seed)
+    shifts = case.rng.integers(-2, 3, (case.shape[0], 2))
+    expected = naive.spread_headings(case.exact, share, shifts)
+    kernels.spread_headings(case.belief, share, shifts)
+    assert case.belief == close(expected, 1e-7)
+
+
+@given(arrays(np.float32, (9, 11), elements=st.floats(0.0, 1.0, width=32)), st.floats(0.01, 0.25))
+def test_spread_conserves_mass(layer: np.ndarray, share: float) -> None:
+    mass = layer.sum(dtype=np.float64)
+    kernels.spread_layer(layer, share)
+    assert layer.sum(dtype=np.float64) == pytest.approx(mass, rel=1e-6, abs=1e-30)
+
+
+@given(st.floats(0.02, 0.25), st.integers(1, 9))
+def test_spread_adds_twice_its_share_of_variance_per_axis(share: float, times: int) -> None:
+    layer = np.zeros((21, 21), np.float32)
+    layer[10, 10] = 1.0
+    for _ in range(times):
+        kernels.spread_layer(layer, share)
+    squared = (np.arange(21) - 10.0) ** 2
+    for axis in (0, 1):
+        variance = float(layer.sum(axis=1 - axis, dtype=np.float64) @ squared)
+        assert variance == pytest.approx(2.0 * share * times, rel=1e-5)
+
+
+@settings(max_examples=20)
+@given(SEEDS, st.floats(0.0, 0.25))
+def test_spread_over_headings_conserves_mass_and_turns_alike_both_ways(
+    seed: int, share: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    belief = rng.random((7, 3, 4), np.float32)
+    mirrored = belief[::-1].copy()
+    none = np.zeros((7, 2), np.int64)
+    mass = belief.sum(dtype=np.float64)
+    kernels.spread_headings(belief, share, none)
+    kernels.spread_headings(mirrored, share, none)
+    assert belief.sum(dtype=np.float64) == pytest.approx(mass, rel=1e-6)
+    assert mirrored[::-1] == pytest.approx(belief, rel=1e-5)
+
+
+def test_kernels_are_warmed_up_for_every_type_they_meet() -> None:
+    kernels.warm_up()
+    area = Admissible(np.ones((1, 1), np.float32), np.array([[0, 0, 1]]))
+    assert kernels.sum_runs(np.ones((1, 1, 1), np.float32), area).mass == 1.0
