@@ -18,6 +18,7 @@ from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.localizer import kernels
 from pilotage.localizer.compass import compass_likelihood
+from pilotage.localizer.gaussian_start import gaussian_start
 from pilotage.localizer.kernels import Prior, Sight
 from pilotage.localizer.likelihood_field import STEPS, LikelihoodField
 from pilotage.localizer.pose_grid import PoseGrid
@@ -81,29 +82,15 @@ class MarkovGrid:
         self.settle()
 
     def set_gaussian(self, map_from_base: ArrayLike, covariance: NDArray[np.float64]) -> None:
-        """Believe in the surroundings of a pose; ValueError if no admissible state is near it.
+        """Believe in the surroundings of a pose (3,) with covariance (3, 3), both in map frame.
 
-        Args:
-            map_from_base: (3,).
-            covariance: (3, 3) over x, y, theta, map frame; widened to the width of a state.
+        ValueError, and an unchanged belief, if no admissible state is near it.
         """
+        start = gaussian_start(self.grid, map_from_base, covariance)
         self._anchor()
-        geometry = self.grid.geometry
-        pose = se2.compose(se2.inverse(geometry.origin), map_from_base)
-        width = np.array([geometry.resolution] * 2 + [self.grid.heading_step])
-        information = np.linalg.inv(covariance + np.diag((width / 2.0) ** 2))
-        rows, cols = np.indices(geometry.shape)
-        dx = (cols + 0.5) * geometry.resolution - pose[0]
-        dy = (rows + 0.5) * geometry.resolution - pose[1]
-        turns: NDArray[np.float64] = wrap(self.headings - pose[2])
-        for k, turn in enumerate(turns):
-            away = np.stack([dx, dy, np.full_like(dx, turn)], axis=-1)
-            squared = np.einsum("rci,ij,rcj->rc", away, information, away)
-            self.belief[k] = np.exp(-0.5 * squared) * self.grid.admissible.mask
+        self.belief[:] = 0.0
+        self.belief[:, start.rows, start.cols] = start.weights
         self.settle()
-        if self.total == 0.0:
-            self.set_uniform()
-            raise ValueError("the pose is not in the map's free space")
 
     def set_states(self, poses: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
         """Believe in poses (n, 3) of the map frame with weights (n,), and a little everywhere.
@@ -190,7 +177,9 @@ class MarkovGrid:
     def settle(self) -> None:
         """End a correction: sum up what is left (the next one divides by it, eq. 8's a)."""
         self.runs = kernels.sum_runs(self.belief, self.grid.admissible)
-        self.total = float(self.runs.mass.sum())
+        total = float(self.runs.mass.sum())
+        # Of less than this, 1 / total would overflow float32 and turn the belief into NaN.
+        self.total = total if total > np.finfo(np.float32).tiny else 0.0
 
     def poses_of(self, states: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the poses (n, 3) in the map frame of states (n, 3) as heading, row, col."""
@@ -208,7 +197,7 @@ class MarkovGrid:
         """
         if self.total == 0.0:
             return np.empty((0, 3)), np.empty(0)
-        states, weights = self._states_above(self._threshold(most))
+        states, weights = self._states_above(self._threshold(most), most)
         if len(weights) > most:
             order = np.argpartition(weights, -most)[-most:]
             states, weights = states[order], weights[order]
@@ -239,8 +228,18 @@ class MarkovGrid:
         usual = float(np.partition(peaks, -busiest)[-busiest]) if len(peaks) > busiest else 0.0
         return max(highest * 1e-4, min(usual, highest * 0.999))
 
-    def _states_above(self, threshold: float) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    def _states_above(
+        self, threshold: float, most: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+        """Return the states (n, 3) above a threshold, and weights (n,), in the `most` best runs.
+
+        The `most` heaviest states lie in no more runs than that, and an even belief, where every
+        state is above the threshold, must not be gathered as a whole.
+        """
         layers, runs = np.nonzero(self.runs.peak > threshold)
+        if len(layers) > most:
+            best = np.argpartition(self.runs.peak[layers, runs], -most)[-most:]
+            layers, runs = layers[best], runs[best]
         states, weights = [np.empty((0, 3), np.int64)], [np.empty(0, np.float32)]
         for k, (row, first, last) in zip(layers, self.grid.admissible.runs[runs], strict=True):
             run = self.belief[k, row, first:last]
