@@ -1,10 +1,9 @@
 """The gateway as an ASGI application."""
 
-from fastapi import FastAPI
-
 import pilotage
 from pilotage.gateway.access import Access
 from pilotage.gateway.guard import Guard
+from pilotage.gateway.openapi import DescribedApi
 from pilotage.gateway.problems import add_problem_handlers
 from pilotage.gateway.routes import commands, maps, page, robots, sensors, streams
 from pilotage.gateway.service import GatewayService
@@ -19,7 +18,9 @@ counter-clockwise. Stamps are Unix time in ns. Errors are problem documents (RFC
 
 def create_app(service: GatewayService, access: Access) -> Guard:
     """Return the application that serves `service` to those whom `access` lets in."""
-    app = FastAPI(
+    app = DescribedApi(
+        service.robot,
+        access,
         title="Pilotage",
         version=pilotage.__version__,
         description=DESCRIPTION,

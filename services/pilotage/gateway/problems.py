@@ -4,6 +4,7 @@ import http
 import json
 from collections.abc import Mapping
 from typing import Any
+from urllib.parse import quote
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -60,7 +61,7 @@ def problem_response(
         "title": http.HTTPStatus(status).phrase,
         "status": status,
         "detail": detail,
-        "instance": path,
+        "instance": quote(path),
     }
     # Nothing a client sent may end up as a lone surrogate, which is not JSON.
     body = json.dumps(document).encode("ascii")

@@ -7,7 +7,7 @@ from pilotage.bus.node import Node
 
 
 async def pump(node: Node) -> None:
-    """Step `node` whenever something has come or is due, until cancelled.
+    """Step `node` whenever something has come or is due, until it is stopped.
 
     Handlers run in this loop, so they share its state without locks.
     """
@@ -19,7 +19,7 @@ async def pump(node: Node) -> None:
 
     node.on_arrival = wake
     try:
-        while True:
+        while not node.is_stopping:
             pause = node.step()
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(pause):

@@ -17,6 +17,9 @@ from pilotage.gateway.pump import pump
 from pilotage.gateway.service import GatewayService
 
 GRACE_S = 1
+PATIENCE_S = 0.5
+"""A client that reads nothing cannot be said goodbye to: its buffer is full."""
+
 MAX_CLIENT_MESSAGE = 4096
 
 
@@ -27,17 +30,26 @@ class Server(uvicorn.Server):
         super().__init__(config)
         self._service = service
 
+    def stop(self) -> None:
+        """Ask the server to end."""
+        self.should_exit = True
+
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Let go of everybody."""
+        """Let go of everybody; who does not go in time is hung up on."""
         self._service.close()
+        asyncio.get_running_loop().call_later(PATIENCE_S, self._hang_up)
         await super().shutdown(sockets)
+
+    def _hang_up(self) -> None:
+        for connection in list(self.server_state.connections):
+            connection.transport.abort()
 
 
 def serve(node: Node, service: GatewayService) -> None:
     """Serve until the first signal; ConfigError when the port cannot be had."""
     with listening(service.settings) as listener:
         node.ready()
-        asyncio.run(_serve(node, service, listener))
+        asyncio.run(serve_at(listener, node, service))
 
 
 @contextlib.contextmanager
@@ -49,15 +61,20 @@ def listening(settings: GatewaySettings) -> Iterator[socket.socket]:
         listener = socket.create_server((host, port), family=family, backlog=128)
     except OSError as error:
         raise ConfigError(f"cannot listen at {host}:{port}: {error.strerror}") from error
+    # Connections inherit it. Without it an answer of two packets waits 40 ms for the client's
+    # delayed acknowledgement; asyncio sets it only on sockets that name their protocol.
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     with listener:
         yield listener
 
 
-async def _serve(node: Node, service: GatewayService, listener: socket.socket) -> None:
+async def serve_at(listener: socket.socket, node: Node, service: GatewayService) -> None:
+    """Step the node and serve until a signal comes or the node is stopped."""
     access = access_of(service.settings, listener.getsockname()[1])
     server = Server(_config(create_app(service, access)), service)
     async with asyncio.TaskGroup() as tasks:
         pumping = tasks.create_task(pump(node))
+        pumping.add_done_callback(lambda _task: server.stop())
         if not node.is_stopping:
             await server.serve(sockets=[listener])
         pumping.cancel()

@@ -44,8 +44,25 @@ META_EXAMPLE = {
 NOT_MODIFIED: dict[int | str, dict[str, Any]] = {304: {"description": "Not Modified"}}
 
 
-def _file(media_type: str) -> dict[int | str, dict[str, Any]]:
-    content = {media_type: {"schema": {"type": "string", "format": "binary"}}}
+BINARY: dict[str, Any] = {"type": "string", "format": "binary"}
+YAML_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "required": ["image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"],
+    "properties": {
+        "image": {"const": "map.pgm"},
+        "mode": {"const": "trinary"},
+        "resolution": {"type": "number"},
+        "origin": {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+        "negate": {"const": 0},
+        "occupied_thresh": {"type": "number"},
+        "free_thresh": {"type": "number"},
+    },
+}
+PNG, PGM, YAML = "image/png", "image/x-portable-graymap", "application/yaml"
+
+
+def _file(media_type: str, schema: dict[str, Any]) -> dict[int | str, dict[str, Any]]:
+    content = {media_type: {"schema": schema}}
     headers = {"ETag": {"schema": {"type": "string"}, "description": "the map's id"}}
     found = {200: {"description": "OK", "content": content, "headers": headers}}
     return found | NOT_MODIFIED | responses(404)
@@ -68,30 +85,30 @@ async def map_facts(service: Robot) -> JSONResponse:
     return JSONResponse(facts)
 
 
-@router.get(f"{ROBOT_PREFIX}/map.png", response_class=Response, responses=_file("image/png"))
+@router.get(f"{ROBOT_PREFIX}/map.png", response_class=Response, responses=_file(PNG, BINARY))
 async def map_png(request: Request, service: Robot) -> Response:
     """Return the map as a PNG: 0 occupied, 254 free, 205 unknown."""
-    return await _rendered(request, _grid(service), map_image.png, "image/png")
+    return await _rendered(request, _grid(service), map_image.png, PNG)
 
 
 @router.get(
     f"{ROBOT_PREFIX}/map.pgm",
     response_class=Response,
-    responses=_file("image/x-portable-graymap"),
+    responses=_file(PGM, BINARY),
 )
 async def map_pgm(request: Request, service: Robot) -> Response:
     """Return the map as the PGM that map.yaml names."""
-    return await _rendered(request, _grid(service), map_image.pgm, "image/x-portable-graymap")
+    return await _rendered(request, _grid(service), map_image.pgm, PGM)
 
 
-@router.get(f"{ROBOT_PREFIX}/map.yaml", response_class=Response, responses=_file("text/yaml"))
+@router.get(f"{ROBOT_PREFIX}/map.yaml", response_class=Response, responses=_file(YAML, YAML_SCHEMA))
 async def map_yaml(request: Request, service: Robot) -> Response:
     """Return map_server's description of map.pgm."""
 
     def yaml(grid: OccupancyGrid) -> bytes:
         return map_image.yaml_text(grid, "map.pgm").encode()
 
-    return await _rendered(request, _grid(service), yaml, "text/yaml")
+    return await _rendered(request, _grid(service), yaml, YAML)
 
 
 def _grid(service: GatewayService) -> OccupancyGrid:

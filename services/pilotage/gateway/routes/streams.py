@@ -1,11 +1,12 @@
 """The live streams: everything over a WebSocket, events as server-sent events."""
 
 from collections.abc import AsyncIterator
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from fastapi import APIRouter, Header, WebSocket
 from fastapi.responses import StreamingResponse
 
+from pilotage.gateway.event_log import Kind, Severity
 from pilotage.gateway.event_stream import EventFollower, parsed_id
 from pilotage.gateway.problems import ProblemError, problem_response, responses
 from pilotage.gateway.routes.shared import ROBOT_PREFIX, Gateway, Robot
@@ -15,6 +16,31 @@ from pilotage.gateway.websocket import serve_client
 router = APIRouter(tags=["streams"])
 
 EVENT_STREAM = "text/event-stream"
+EVENT_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "required": ["id", "stamp_ns", "kind", "severity", "text"],
+    "properties": {
+        "id": {"type": "integer", "description": "grows; a client that returns goes on after it"},
+        "stamp_ns": {"type": "integer"},
+        "kind": {"enum": list(get_args(Kind))},
+        "severity": {"enum": list(get_args(Severity))},
+        "text": {"type": "string", "description": "a sentence for people"},
+    },
+}
+ITEM_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "properties": {
+        "id": {"type": "string"},
+        "event": {"enum": list(get_args(Kind))},
+        "data": {
+            "type": "string",
+            "contentMediaType": "application/json",
+            "contentSchema": EVENT_SCHEMA,
+        },
+    },
+}
+"""One event, in the words of OpenAPI 3.2, section 4.14.4."""
+
 EVENT_EXAMPLE = (
     "id: 1795370400000000\nevent: localization\n"
     'data: {"id": 1795370400000000, "stamp_ns": 1795370400000000000, '
@@ -23,7 +49,7 @@ EVENT_EXAMPLE = (
 EVENTS_OK: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "OK",
-        "content": {EVENT_STREAM: {"schema": {"type": "string"}, "example": EVENT_EXAMPLE}},
+        "content": {EVENT_STREAM: {"itemSchema": ITEM_SCHEMA, "example": EVENT_EXAMPLE}},
     }
 }
 
