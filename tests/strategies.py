@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from pydantic.fields import FieldInfo
 
-from pilotage_schemas.arrays import Nd
+from pilotage_schemas.arrays import LARGEST, Nd
 from pilotage_schemas.message import Part
 
 MAX_LENGTH = 5
@@ -102,7 +102,7 @@ def _arrays(mark: Nd, lengths: Lengths) -> st.SearchStrategy[Any]:
     if dtype.kind != "f":
         return hnp.arrays(dtype, shape)
     width = 8 * dtype.itemsize
-    numbers = st.floats(width=width, allow_nan=False, allow_infinity=False)  # type: ignore[arg-type]  # 32 or 64
+    numbers = st.floats(-LARGEST, LARGEST, width=width)  # type: ignore[arg-type]  # 32 or 64
     elements = numbers if mark.finite else numbers | st.just(float("inf"))
     return hnp.arrays(dtype, shape, elements=elements)
 

@@ -23,6 +23,10 @@ MAX_ELEMENTS = 64_000_000
 """Largest array a message may hold: a map of 400 m x 400 m at 0.05 m."""
 
 
+LARGEST = 1e9
+"""No number of a robot is larger, in SI units; its square still fits a float32."""
+
+
 @dataclass(frozen=True)
 class Nd:
     """An array of `dtype` whose `axes` are numbers (fixed) or names (free, equal when alike).
@@ -30,7 +34,8 @@ class Nd:
     Args:
         dtype: numpy name, e.g. "float32".
         axes: comma-separated, e.g. "n,4" or "rows,cols".
-        finite: refuse NaN and infinities; else +infinity ("no return") is allowed, NaN is not.
+        finite: refuse infinities; else +infinity ("no return") is allowed. NaN never is, nor a
+            number beyond `LARGEST`.
     """
 
     dtype: str
@@ -65,13 +70,19 @@ class Nd:
         )
 
     def _check_numbers(self, value: NDArray[Any]) -> None:
-        if self.finite and not np.isfinite(value).all():
-            raise self._error("values must be finite", got="")
-        if not self.finite and (np.isnan(value).any() or (value == -np.inf).any()):
-            raise self._error("values must be numbers or +infinity", got="")
+        fits = np.abs(value) <= LARGEST
+        if not self.finite:
+            fits |= value == np.inf
+        if not fits.all():
+            raise self._error(
+                "values must be finite and no larger than {largest}"
+                if self.finite
+                else "values must be numbers no larger than {largest}, or +infinity",
+                got="",
+            )
 
     def _error(self, template: str, got: str) -> PydanticCustomError:
-        context = {"dtype": self.dtype, "axes": self.axes, "got": got}
+        context = {"dtype": self.dtype, "axes": self.axes, "got": got, "largest": f"{LARGEST:g}"}
         return PydanticCustomError("array", template, context)
 
     def __get_pydantic_core_schema__(

@@ -6,7 +6,8 @@ from pydantic import Field
 
 from pilotage_schemas.arrays import Float32Array, Float64Array, Nd
 from pilotage_schemas.geometry import Pose2
-from pilotage_schemas.message import Fraction, Message, Name, NonNegative, Part, Positive
+from pilotage_schemas.mapping import Resolution
+from pilotage_schemas.message import Fraction, Message, Name, NonNegative, Part
 
 State = Literal["unknown", "ambiguous", "localized", "lost"]
 Covariance = Annotated[Float64Array, Nd("float64", "3,3")]
@@ -36,7 +37,7 @@ class Mode(Part):
 class Marginal(Part):
     """Probability per cell of x and y, headings summed; `origin` as in OccupancyGrid."""
 
-    resolution: Positive
+    resolution: Resolution
     origin: Pose2
     mass: Annotated[Float32Array, Nd("float32", "rows,cols")]
 

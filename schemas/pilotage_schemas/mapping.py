@@ -6,9 +6,10 @@ from pydantic import Field
 
 from pilotage_schemas.arrays import Int8Array, Nd
 from pilotage_schemas.geometry import Pose2
-from pilotage_schemas.message import Message, Name, Positive
+from pilotage_schemas.message import Message, Name
 
 Cells = Annotated[Int8Array, Nd("int8", "rows,cols")]
+Resolution = Annotated[float, Field(ge=0.001, le=10.0, description="m per cell")]
 Index = Annotated[int, Field(ge=0, lt=2**31)]
 
 
@@ -20,7 +21,7 @@ class OccupancyGrid(Message):
 
     map_id: Name
     name: Name
-    resolution: Positive
+    resolution: Resolution
     origin: Pose2
     cells: Cells
 

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from pilotage_schemas.arrays import Float32Array, Nd
 from pilotage_schemas.geometry import Heading, Pose2, Twist2
+from pilotage_schemas.mapping import Resolution
 from pilotage_schemas.message import Finite, Message, Part, Positive, Text
 
 
@@ -38,7 +39,7 @@ class Path(Message):
 class PotentialField(Message):
     """The environment potential per cell; `origin` as in OccupancyGrid."""
 
-    resolution: Positive
+    resolution: Resolution
     origin: Pose2
     potential: Annotated[Float32Array, Nd("float32", "rows,cols")]
 
