@@ -59,8 +59,12 @@ class LocalizerService:
         """Begin on this map: from the memory of a crashed run, or from anywhere."""
         if grid.map_id == self._map_id:
             return
-        with self._node.busy(MAP_WORK_S):
-            self._localizer = self._localizer_on(grid)
+        try:
+            with self._node.busy(MAP_WORK_S):
+                self._localizer = self._localizer_on(grid)
+        except ValueError as error:
+            self._node.warn("map", f"kept the old one: {error}")
+            return
         self._map_id = grid.map_id
         self._waiting = None
         self._send_belief(grid.stamp_ns)
