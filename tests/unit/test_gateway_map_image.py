@@ -1,5 +1,6 @@
 """The map as files for browsers and map_server."""
 
+import asyncio
 import io
 from pathlib import Path
 
@@ -9,7 +10,8 @@ from PIL import Image
 
 from gateway_world import grid
 from pilotage.core.map_files import load_map
-from pilotage.gateway.map_image import pgm, png, shades, yaml_text
+from pilotage.gateway.map_files import MapFiles
+from pilotage.gateway.map_image import pgm, png, shades, yaml
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.mapping import OccupancyGrid
 
@@ -56,8 +58,24 @@ def test_the_files_load_back_as_the_same_map(tmp_path: Path, resolution: float) 
         cells=cells,
     )
     (tmp_path / "map.pgm").write_bytes(pgm(world))
-    (tmp_path / "map.yaml").write_text(yaml_text(world, "map.pgm"), encoding="utf-8")
+    (tmp_path / "map.yaml").write_bytes(yaml(world))
     loaded = load_map(tmp_path / "map.yaml")
     np.testing.assert_array_equal(loaded.cells, cells)
     assert loaded.geometry.resolution == resolution
     np.testing.assert_array_equal(loaded.geometry.origin, (-3.25, 1e-7, 0.5))
+
+
+def test_a_map_is_drawn_once_for_all_who_ask() -> None:
+    drawn: list[OccupancyGrid] = []
+
+    def draw(world: OccupancyGrid) -> bytes:
+        drawn.append(world)
+        return world.map_id.encode()
+
+    async def ask() -> list[bytes]:
+        files, old, new = MapFiles(), grid("#"), grid(".", map_id="new")
+        first = await asyncio.gather(files.get(old, draw), files.get(old, draw))
+        return [*first, await files.get(new, draw), await files.get(new, draw)]
+
+    assert asyncio.run(ask()) == [b"abc", b"abc", b"new", b"new"]
+    assert [world.map_id for world in drawn] == ["abc", "new"]

@@ -50,7 +50,7 @@ class EventFollower:
 
 def encoded(event: Event) -> bytes:
     """Return one event in the form of an event stream; JSON holds no line breaks."""
-    return f"id: {event.id}\nevent: {event.kind}\ndata: {json.dumps(asdict(event))}\n\n".encode()
+    return f"id: {event.id}\ndata: {json.dumps(asdict(event))}\n\n".encode()
 
 
 def parsed_id(last_event_id: str | None) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from pilotage_schemas.arrays import Nd
+from pilotage_schemas.arrays import LARGEST, Nd
 from pilotage_schemas.message import Part
 
 Request = TypeVar("Request", bound=Part)
@@ -148,8 +148,11 @@ def _described(node: Any, definitions: Json) -> Any:  # noqa: ANN401 - any part 
 
 
 def _nested_schema(mark: Json) -> Json:
-    number = "number" if mark["x-dtype"].startswith("float") else "integer"
+    is_float = mark["x-dtype"].startswith("float")
+    number = "number" if is_float else "integer"
     schema: Json = {"type": number if mark["x-finite"] else [number, "null"]}
+    if is_float:
+        schema |= {"minimum": -LARGEST, "maximum": LARGEST}
     for axis in reversed(mark["x-axes"]):
         schema = {"type": "array", "items": schema}
         if isinstance(axis, int):

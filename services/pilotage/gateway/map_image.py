@@ -42,11 +42,11 @@ def pgm(grid: OccupancyGrid) -> bytes:
     return b"P5\n%d %d\n255\n" % (cols, rows) + shades(grid.cells).tobytes()
 
 
-def yaml_text(grid: OccupancyGrid, image: str) -> str:
-    """Return map_server's YAML for the image file of that name."""
+def yaml(grid: OccupancyGrid) -> bytes:
+    """Return map_server's YAML for the image of `pgm`, under the name `map.pgm`."""
     origin = ", ".join(repr(float(v)) for v in (grid.origin.x, grid.origin.y, grid.origin.theta))
-    return (
-        f"image: {image}\n"
+    text = (
+        "image: map.pgm\n"
         "mode: trinary\n"
         f"resolution: {grid.resolution!r}\n"
         f"origin: [{origin}]\n"
@@ -54,3 +54,4 @@ def yaml_text(grid: OccupancyGrid, image: str) -> str:
         f"occupied_thresh: {OCCUPIED_THRESH}\n"
         f"free_thresh: {FREE_THRESH}\n"
     )
+    return text.encode()

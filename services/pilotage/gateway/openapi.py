@@ -5,6 +5,7 @@ from typing import Any
 from fastapi import FastAPI
 
 from pilotage.gateway.access import Access
+from pilotage.gateway.problems import responses
 
 
 class DescribedApi(FastAPI):
@@ -17,26 +18,25 @@ class DescribedApi(FastAPI):
 
     def openapi(self) -> dict[str, Any]:
         """Return the OpenAPI document."""
-        is_first = self.openapi_schema is None
-        document = super().openapi()
-        if is_first:
-            self._name_robot(document)
-            if not self._access.is_open:
-                self._require_tokens(document)
-        return document
-
-    def _name_robot(self, document: dict[str, Any]) -> None:
-        for path in document["paths"].values():
-            for operation in path.values():
-                for parameter in operation.get("parameters", []):
-                    if parameter["name"] == "robot_id":
-                        parameter["schema"]["enum"] = [self._robot]
-
-    def _require_tokens(self, document: dict[str, Any]) -> None:
-        schemes = document.setdefault("components", {}).setdefault("securitySchemes", {})
-        schemes["token"] = {"type": "http", "scheme": "bearer"}
-        for name, path in document["paths"].items():
-            if name.startswith(("/api/", "/metrics")):
+        if self.openapi_schema is None:
+            document = super().openapi()
+            for name, path in document["paths"].items():
                 for operation in path.values():
-                    operation["security"] = [{"token": []}]
-                    operation["responses"] |= {"401": {"description": "Unauthorized"}}
+                    self._complete(name, operation)
+            document.pop("components", None)
+            if not self._access.is_open:
+                schemes = {"token": {"type": "http", "scheme": "bearer"}}
+                document["components"] = {"securitySchemes": schemes}
+        return super().openapi()
+
+    def _complete(self, path: str, operation: dict[str, Any]) -> None:
+        for parameter in operation.get("parameters", []):
+            if parameter["name"] == "robot_id":
+                parameter["schema"]["enum"] = [self._robot]
+        answers = operation["responses"]
+        # FastAPI's own error format, which problem documents replace.
+        if "application/json" in answers.get("422", {}).get("content", {}):
+            del answers["422"]
+        if not self._access.is_open and path.startswith(("/api/", "/metrics")):
+            operation["security"] = [{"token": []}]
+            answers |= {str(status): answer for status, answer in responses(401).items()}

@@ -13,6 +13,7 @@ from pilotage.gateway.commander import Commander
 from pilotage.gateway.config import GatewaySettings
 from pilotage.gateway.event_log import EventLog
 from pilotage.gateway.live_state import LiveState, Received, envelope
+from pilotage.gateway.map_files import MapFiles
 from pilotage.gateway.stream import Hub, Item
 from pilotage.gateway.watch import Watch
 from pilotage_schemas.message import Message
@@ -32,6 +33,7 @@ class GatewayService:
         self.events = EventLog()
         self.hub = Hub(settings.max_streams)
         self.commander = Commander(node, self.events)
+        self.map_files = MapFiles()
         self.is_linked = node.fabric.is_connected()
         self.linked_since_ns = node.clock.now_ns()
         self._watch = Watch(self.events)

@@ -1,6 +1,5 @@
 """The map in use, as facts, as a picture and as map_server's files."""
 
-import asyncio
 from collections.abc import Callable
 from typing import Any
 from urllib.parse import quote
@@ -88,7 +87,7 @@ async def map_facts(service: Robot) -> JSONResponse:
 @router.get(f"{ROBOT_PREFIX}/map.png", response_class=Response, responses=_file(PNG, BINARY))
 async def map_png(request: Request, service: Robot) -> Response:
     """Return the map as a PNG: 0 occupied, 254 free, 205 unknown."""
-    return await _rendered(request, _grid(service), map_image.png, PNG)
+    return await _rendered(request, service, map_image.png, PNG)
 
 
 @router.get(
@@ -98,17 +97,13 @@ async def map_png(request: Request, service: Robot) -> Response:
 )
 async def map_pgm(request: Request, service: Robot) -> Response:
     """Return the map as the PGM that map.yaml names."""
-    return await _rendered(request, _grid(service), map_image.pgm, PGM)
+    return await _rendered(request, service, map_image.pgm, PGM)
 
 
 @router.get(f"{ROBOT_PREFIX}/map.yaml", response_class=Response, responses=_file(YAML, YAML_SCHEMA))
 async def map_yaml(request: Request, service: Robot) -> Response:
     """Return map_server's description of map.pgm."""
-
-    def yaml(grid: OccupancyGrid) -> bytes:
-        return map_image.yaml_text(grid, "map.pgm").encode()
-
-    return await _rendered(request, _grid(service), yaml, YAML)
+    return await _rendered(request, service, map_image.yaml, YAML)
 
 
 def _grid(service: GatewayService) -> OccupancyGrid:
@@ -119,16 +114,17 @@ def _grid(service: GatewayService) -> OccupancyGrid:
 
 async def _rendered(
     request: Request,
-    grid: OccupancyGrid,
+    service: GatewayService,
     render: Callable[[OccupancyGrid], bytes],
     media_type: str,
 ) -> Response:
-    """Return the file, or that the caller has it already; large maps must not hold the loop."""
+    """Return the file, or that the caller has it already."""
+    grid = _grid(service)
     tag = f'"{quote(grid.map_id)}"'
     headers = {"etag": tag, "cache-control": "private, no-cache"}
     if _has(request.headers.get("if-none-match", ""), tag):
         return Response(status_code=304, headers=headers)
-    content = await asyncio.to_thread(render, grid)
+    content = await service.map_files.get(grid, render)
     return Response(content, media_type=media_type, headers=headers)
 
 

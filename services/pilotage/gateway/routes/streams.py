@@ -31,7 +31,6 @@ ITEM_SCHEMA: dict[str, Any] = {
     "type": "object",
     "properties": {
         "id": {"type": "string"},
-        "event": {"enum": list(get_args(Kind))},
         "data": {
             "type": "string",
             "contentMediaType": "application/json",
@@ -42,7 +41,7 @@ ITEM_SCHEMA: dict[str, Any] = {
 """One event, in the words of OpenAPI 3.2, section 4.14.4."""
 
 EVENT_EXAMPLE = (
-    "id: 1795370400000000\nevent: localization\n"
+    "id: 1795370400000000\n"
     'data: {"id": 1795370400000000, "stamp_ns": 1795370400000000000, '
     '"kind": "localization", "severity": "info", "text": "Localized"}\n\n'
 )
