@@ -27,7 +27,7 @@ class VisibilityParams:
 
     reach: float = 16.0
     margin: float = 0.3
-    penalty: float = 0.5
+    penalty: float = 0.2
 
 
 def optimistic_ranges(
