@@ -48,7 +48,6 @@ class Server(uvicorn.Server):
 def serve(node: Node, service: GatewayService) -> None:
     """Serve until the first signal; ConfigError when the port cannot be had."""
     with listening(service.settings) as listener:
-        node.ready()
         asyncio.run(serve_at(listener, node, service))
 
 
@@ -72,6 +71,8 @@ async def serve_at(listener: socket.socket, node: Node, service: GatewayService)
     """Step the node and serve until a signal comes or the node is stopped."""
     access = access_of(service.settings, listener.getsockname()[1])
     server = Server(_config(create_app(service, access)), service)
+    # Not before: making the application takes longer than a heartbeat may be late.
+    node.ready()
     async with asyncio.TaskGroup() as tasks:
         pumping = tasks.create_task(pump(node))
         pumping.add_done_callback(lambda _task: server.stop())
