@@ -1,0 +1,96 @@
+"""Passes that sum the belief up."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.jit import kernel
+from pilotage.localizer.kernels.areas import Admissible
+
+Belief = NDArray[np.float32]
+"""(headings, rows, cols), one layer per heading."""
+
+LOG_FIT_0, LOG_FIT_1, LOG_FIT_2 = np.float32(0.438073), np.float32(-0.236693), np.float32(0.080307)
+
+
+class Runs(NamedTuple):
+    """Sum and maximum (headings, runs) of each run of the belief after a measurement."""
+
+    mass: NDArray[np.float64]
+    peak: NDArray[np.float32]
+
+
+@kernel
+def sum_runs(belief: Belief, admissible: Admissible) -> Runs:
+    """Return the sum and maximum of each run."""
+    headings, count = len(belief), len(admissible.runs)
+    mass = np.zeros((headings, count))
+    peak = np.zeros((headings, count), np.float32)
+    for k in range(headings):
+        for i in range(count):
+            row, first, last = admissible.runs[i]
+            mass[k, i], peak[k, i] = _sum_and_peak(belief[k, row, first:last])
+    return Runs(mass, peak)
+
+
+@kernel
+def _sum_and_peak(run: NDArray[np.float32]) -> tuple[float, np.float32]:
+    mass, peak = 0.0, np.float32(0.0)
+    for value in run:
+        mass += value
+        peak = max(peak, value)
+    return mass, peak
+
+
+@kernel
+def sum_headings(
+    belief: Belief, admissible: Admissible, mass: NDArray[np.float64], least: float
+) -> NDArray[np.float32]:
+    """Return the belief (rows, cols) summed over headings, runs lighter than `least` left out."""
+    headings, rows, cols = belief.shape
+    marginal = np.zeros((rows, cols), np.float32)
+    for k in range(headings):
+        for i in range(len(admissible.runs)):
+            if mass[k, i] > least:
+                row, first, last = admissible.runs[i]
+                _add_row(marginal[row, first:last], belief[k, row, first:last], np.float32(1.0))
+    return marginal
+
+
+@kernel
+def _add_row(target: NDArray[np.float32], source: NDArray[np.float32], give: np.float32) -> None:
+    for i in range(len(target)):
+        target[i] += give * source[i]
+
+
+@kernel
+def sum_logarithms(
+    belief: Belief, bits: NDArray[np.int32], admissible: Admissible, mass: NDArray[np.float64]
+) -> float:
+    """Return the sum of b log2 b over the belief; runs without mass add nothing.
+
+    `bits` is the same memory as `belief`, read as integers.
+    """
+    total = 0.0
+    for k in range(len(belief)):
+        for i in range(len(admissible.runs)):
+            if mass[k, i] > 0.0:
+                row, first, last = admissible.runs[i]
+                total += _sum_run_logarithms(belief[k, row, first:last], bits[k, row, first:last])
+    return total
+
+
+@kernel
+def _sum_run_logarithms(run: NDArray[np.float32], bits: NDArray[np.int32]) -> float:
+    """Sum b log2 b with log2 from the float's own exponent and mantissa 1 + f.
+
+    log2(1 + f) = f + f (1 - f) p(f), p being a least-squares parabola: good to 2e-4.
+    """
+    total = np.float32(0.0)
+    for i in range(len(run)):
+        exponent = np.float32((bits[i] >> 23) - 127)
+        f = np.float32(bits[i] & 0x7FFFFF) * np.float32(2.0**-23)
+        bend = LOG_FIT_0 + f * (LOG_FIT_1 + f * LOG_FIT_2)
+        total += run[i] * (exponent + f + f * (np.float32(1.0) - f) * bend)
+    return float(total)
