@@ -176,7 +176,8 @@ class MarkovLocalizer:
         modes = find_modes(*self.grid.heaviest(SAMPLES))
         self._verdict.resume(was_localized=memory.was_localized)
         self._judged = bool(modes)
-        self.estimate = self._estimate(modes, modes[0].pose, None)
+        pose = modes[0].pose if modes else self.estimate.pose
+        self.estimate = self._estimate(modes, pose, None)
 
     def remember(self) -> Memory | None:
         """Return what `resume` needs, or None before the first measurement."""
