@@ -11,6 +11,8 @@ from hypothesis.extra import numpy as hnp
 from pydantic.fields import FieldInfo
 
 from pilotage_schemas.arrays import LARGEST, Nd
+from pilotage_schemas.geometry import Pose2
+from pilotage_schemas.mapping import FARTHEST, OccupancyGrid
 from pilotage_schemas.message import Part
 
 MAX_LENGTH = 5
@@ -21,11 +23,23 @@ Lengths = dict[str, int]
 def parts(draw: st.DrawFn, kind: type[Part]) -> Part:
     """Any valid instance of `kind`; axes named alike get the same length."""
     lengths = _Lengths(draw)
-    values = {
+    values: dict[str, Any] = {
         name: draw(_of(field.annotation, list(field.metadata), lengths))
         for name, field in kind.model_fields.items()
     }
+    if kind is OccupancyGrid:
+        values["origin"] = draw(origins())
     return kind(**values)
+
+
+def origins() -> st.SearchStrategy[Pose2]:
+    """Poses at which a map may lie."""
+    return st.builds(
+        Pose2,
+        x=st.floats(-FARTHEST, FARTHEST),
+        y=st.floats(-FARTHEST, FARTHEST),
+        theta=st.floats(-3.1415, 3.1415),
+    )
 
 
 class _Lengths(Lengths):

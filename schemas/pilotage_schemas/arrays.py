@@ -26,6 +26,9 @@ MAX_ELEMENTS = 64_000_000
 LARGEST = 1e9
 """No number of a robot is larger, in SI units; its square still fits a float32."""
 
+SMALLEST = 1e-9
+"""No number that must be positive is smaller, so dividing by it stays harmless."""
+
 
 @dataclass(frozen=True)
 class Nd:

@@ -12,9 +12,11 @@ from pilotage_schemas.commands import Drive, SetPose, Turn
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.health import Heartbeat
 from pilotage_schemas.localization import Belief, Mode, PoseEstimate
+from pilotage_schemas.mapping import OccupancyGrid
 from pilotage_schemas.message import Message, Part
+from pilotage_schemas.sensors import Heading
 from pilotage_schemas.topics import QUERIES, TOPICS, Topic
-from sample_messages import HERE, odometry, scan
+from sample_messages import HERE, grid, odometry, scan
 
 KINDS = sorted(
     {topic.message for topic in TOPICS.values()}
@@ -132,3 +134,21 @@ def test_a_covariance_that_may_be_missing_is_checked_when_it_is_there() -> None:
 
 def test_a_scan_of_360_beams_is_small() -> None:
     assert len(encode(scan(1, beams=360))) < 360 * 4 + 200
+
+
+def test_a_map_lies_on_earth() -> None:
+    fields = dict(grid(1)) | {"origin": Pose2(x=1.1e8, y=0.0, theta=0.0)}
+    with pytest.raises(ValidationError, match="origin"):
+        OccupancyGrid.model_validate(fields)
+
+
+@pytest.mark.parametrize("resolution", [0.0, 1e-4, 11.0])
+def test_a_cell_has_a_sane_size(resolution: float) -> None:
+    with pytest.raises(ValidationError, match="resolution"):
+        OccupancyGrid.model_validate(dict(grid(1)) | {"resolution": resolution})
+
+
+@pytest.mark.parametrize("sigma", [0.0, -1.0, 1e-300, 2e9])
+def test_what_must_be_positive_can_be_divided_by(sigma: float) -> None:
+    with pytest.raises(ValidationError, match="sigma"):
+        Heading(stamp_ns=1, frame_id="map", yaw=0.0, sigma=sigma)
