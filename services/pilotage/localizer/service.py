@@ -67,7 +67,7 @@ class LocalizerService:
             return
         self._map_id = grid.map_id
         self._waiting = None
-        self._send_belief(grid.stamp_ns)
+        self._send_belief_now()
 
     def take_description(self, description: RobotDescription) -> None:
         """Note where the sensors sit."""
@@ -109,13 +109,13 @@ class LocalizerService:
             localizer.start_at(_array(request.pose), covariance)
         except (ValueError, np.linalg.LinAlgError) as error:
             raise RefusedError(str(error)) from error
-        self._send_belief(self._node.clock.now_ns())
+        self._send_belief_now()
         return Done(detail="localizing from the given pose")
 
     def relocalize(self, _request: Nothing) -> Done:
         """Forget everything."""
         self._running().start_anywhere()
-        self._send_belief(self._node.clock.now_ns())
+        self._send_belief_now()
         return Done(detail="localizing from an unknown pose")
 
     def set_algorithm(self, request: SetAlgorithm) -> Done:
@@ -165,6 +165,10 @@ class LocalizerService:
         if localizer is not None and self._is_due("pose", stamp_ns, POSE_PERIOD_NS):
             pose = localizer.pose_at(odom)
             self._pose.publish(pose_message(localizer.estimate, pose, stamp_ns))
+
+    def _send_belief_now(self) -> None:
+        self._sent_ns["belief"] = 0
+        self._send_belief(self._node.clock.now_ns())
 
     def _send_belief(self, stamp_ns: int) -> None:
         period = round(self._settings.belief_period * 1e9)
