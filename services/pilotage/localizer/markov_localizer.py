@@ -165,7 +165,7 @@ class MarkovLocalizer:
         """Begin near a pose (3,); ValueError if it is not in free space."""
         self.grid.set_gaussian(map_from_base, covariance)
         self._begin()
-        modes = find_modes(*self.grid.heaviest(SAMPLES))
+        modes = self._modes()
         self.estimate = self._estimate(modes, modes[0].pose, None)
 
     def resume(self, memory: Memory) -> None:
@@ -173,7 +173,7 @@ class MarkovLocalizer:
         self.grid.set_states(memory.poses, memory.weights)
         self._begin()
         self._odom_from_base, self._stamp_ns = memory.odom_from_base, memory.stamp_ns
-        modes = find_modes(*self.grid.heaviest(SAMPLES))
+        modes = self._modes()
         self._verdict.resume(was_localized=memory.was_localized)
         self._judged = bool(modes)
         pose = modes[0].pose if modes else self.estimate.pose
@@ -207,7 +207,7 @@ class MarkovLocalizer:
         increment = self._increment_to(odom_from_base)
         self.grid.predict(increment)
         self._correct(measurement, self._novelty(increment, measurement))
-        modes = find_modes(*self.grid.heaviest(SAMPLES))
+        modes = self._modes()
         pose, matched = self._refined(modes, measurement)
         expected = se2.compose(self.estimate.pose, increment) if self._judged else None
         self._verdict.judge(modes, 1.0 if matched is None else matched, expected)
@@ -240,6 +240,13 @@ class MarkovLocalizer:
         if self._odom_from_base is None:
             return np.zeros(3)
         return se2.between(self._odom_from_base, odom_from_base)
+
+    def _modes(self) -> list[Mode]:
+        """Return the modes; each pose is known no better than a state is wide (w^2 / 12)."""
+        resolution, step = self._states.geometry.resolution, self._states.heading_step
+        width = np.diag([resolution**2, resolution**2, step**2]) / 12.0
+        found = find_modes(*self.grid.heaviest(SAMPLES))
+        return [replace(mode, covariance=mode.covariance + width) for mode in found]
 
     def _novelty(self, increment: NDArray[np.float64], measurement: Measurement) -> float:
         """Return how much of a new measurement this is, 0 to 1.
