@@ -1,0 +1,1 @@
+"""The robot: drivers of real, simulated and recorded ones, and the last word before the wheels."""

@@ -1,0 +1,1 @@
+"""A simulated robot in a world drawn as an occupancy map."""

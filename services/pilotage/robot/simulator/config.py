@@ -1,0 +1,77 @@
+"""What a world file says: the map, where the robot starts, what the map lacks.
+
+map: office_map.yaml          # a map_server map, relative to this file
+start: random                 # or [x, y, theta] in m and rad
+unmapped: [[3, 4, 4, 4.5]]    # furniture that the map lacks: boxes x0, y0, x1, y1 in m
+people: 3
+robot: {laser: {range_max: 8.0}}
+"""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import yaml
+from pydantic import ConfigDict, Field, ValidationError
+
+from pilotage.bus.deployment import ConfigError, ConfigPath, Settings
+from pilotage.core.map_files import MapFileError, load_map
+from pilotage.robot.simulator.simulation import NoPlaceError, RobotParams, Simulation
+from pilotage.robot.simulator.walls import Walls
+
+
+class WorldFile(Settings):
+    """A world; everything but the map has a default.
+
+    `seed` None: another run each time. `people`: how many walk about.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    map: ConfigPath
+    start: Literal["random"] | tuple[float, float, float] = "random"
+    unmapped: tuple[tuple[float, float, float, float], ...] = ()
+    people: Annotated[int, Field(ge=0, le=100)] = 0
+    seed: Annotated[int, Field(ge=0)] | None = None
+    robot: RobotParams = RobotParams()
+
+
+def read_world(path: Path) -> WorldFile:
+    """Return the world in a YAML file; ConfigError says what is wrong with it, in one line."""
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ConfigError(f"world {path}: cannot be read: {reason}") from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        reason = " ".join(str(error).split())
+        raise ConfigError(f"world {path}: not valid YAML: {reason}") from error
+    if not isinstance(data, dict):
+        raise ConfigError(f"world {path}: a map of settings is needed, see deploy/worlds")
+    try:
+        return WorldFile.model_validate(data, context={"base": path.resolve().parent})
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise ConfigError(f"world {path}: {place}: {first['msg']}") from error
+
+
+def open_world(path: Path, seed: int | None = None) -> Simulation:
+    """Return the simulation of a world file, its robot in place; ConfigError if it cannot be.
+
+    `seed` overrides that of the file.
+    """
+    world = read_world(path)
+    chosen = world.seed if seed is None else seed
+    try:
+        walls = Walls.of(load_map(world.map), world.unmapped)
+        simulation = Simulation(walls, world.robot, world.people, np.random.default_rng(chosen))
+        if world.start == "random":
+            simulation.put_anywhere()
+        else:
+            simulation.put(np.array(world.start))
+    except MapFileError as error:
+        raise ConfigError(f"world {path}: map: {error}") from error
+    except NoPlaceError as error:
+        raise ConfigError(f"world {path}: start: {error}") from error
+    return simulation

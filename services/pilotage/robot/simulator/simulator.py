@@ -1,0 +1,197 @@
+"""The simulated robot as a driver: turns its state into messages at each sensor's rate."""
+
+from collections.abc import Iterator
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from pilotage.core import se2
+from pilotage.robot.driver import DriverError, Measurement
+from pilotage.robot.simulator.range_sensors import compass_yaw, scan, sonar_round
+from pilotage.robot.simulator.simulation import TICK_S, NoPlaceError, Simulation
+from pilotage_schemas.geometry import Pose2, Twist2
+from pilotage_schemas.sensors import (
+    Bumper,
+    GroundTruth,
+    Heading,
+    LaserScan,
+    Odometry,
+    RobotDescription,
+    SensorMount,
+    SonarScan,
+)
+
+TICK_NS = round(TICK_S * 1e9)
+ODOMETRY_EVERY, SENSORS_EVERY = 5, 10
+"""Ticks between two samples: 20 Hz and 10 Hz."""
+SONAR_PHASE, COMPASS_PHASE = 5, 3
+"""Ticks by which sonar and compass follow the laser, so that the work is spread."""
+LARGEST_GAP_NS = 500_000_000
+"""After a longer pause (a stopped process) the world goes on as if no time had passed."""
+
+COMMANDS = ("forward", "backward", "turn", "velocity", "stop", "wander", "kidnap")
+
+
+class Simulator:
+    """A driver whose world moves on by wall-clock time, when it is asked what it sees."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._now_ns: int | None = None
+        self._ticks = 0
+        self._was_pressed: bool | None = None
+
+    def __enter__(self) -> Self:
+        """There is nothing to open."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Stand still."""
+        self.stop()
+
+    def describe(self) -> RobotDescription:
+        """Return body, sensors and limits."""
+        params = self._simulation.params
+        corners = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+        radius = params.drive.radius
+        footprint = radius * np.stack([np.cos(corners), np.sin(corners)], axis=1)
+        return RobotDescription(
+            stamp_ns=0,
+            frame_id="base_link",
+            name="Simulated robot",
+            driver="simulator",
+            footprint=footprint.astype(np.float32),
+            mounts=(
+                SensorMount(
+                    frame_id="laser",
+                    kind="laser",
+                    pose=Pose2(x=params.laser.mount_x, y=0.0, theta=0.0),
+                ),
+                SensorMount(frame_id="base_link", kind="sonar", pose=_pose(np.zeros(3))),
+                SensorMount(frame_id="base_link", kind="compass", pose=_pose(np.zeros(3))),
+                SensorMount(frame_id="base_link", kind="bumper", pose=_pose(np.zeros(3))),
+            ),
+            max_linear=params.drive.max_linear,
+            max_angular=params.drive.max_angular,
+            commands=COMMANDS,
+        )
+
+    def sense(self, now_ns: int) -> Iterator[Measurement]:
+        """Move the world on to `now_ns` and return what the sensors measured on the way."""
+        measured: list[Measurement] = []
+        if self._now_ns is None or now_ns - self._now_ns > LARGEST_GAP_NS:
+            self._now_ns = now_ns
+        while now_ns - self._now_ns >= TICK_NS:
+            self._now_ns += TICK_NS
+            self._ticks += 1
+            self._simulation.tick()
+            measured.extend(self._measure(self._now_ns))
+        return iter(measured)
+
+    def drive(self, twist: Twist2) -> None:
+        """Set the wheels' target from now on."""
+        if twist.vy != 0.0:
+            raise DriverError("a differential drive cannot move sideways")
+        self._simulation.want(twist.vx, twist.omega)
+
+    def stop(self) -> None:
+        """Brake."""
+        self._simulation.want(0.0, 0.0)
+
+    def kidnap(self, pose: Pose2 | None) -> Pose2:
+        """Carry the robot to `pose` or to a random free place; its odometry does not notice."""
+        try:
+            if pose is None:
+                self._simulation.put_anywhere()
+            else:
+                self._simulation.put(np.array([pose.x, pose.y, pose.theta]))
+        except NoPlaceError as error:
+            raise DriverError(str(error)) from error
+        return _pose(self._simulation.pose)
+
+    def _measure(self, stamp_ns: int) -> Iterator[Measurement]:
+        if self._ticks % ODOMETRY_EVERY == 0:
+            yield Measurement("odometry", self._odometry(stamp_ns))
+            yield Measurement("ground_truth", self._truth(stamp_ns))
+        if self._ticks % SENSORS_EVERY == 0:
+            yield Measurement("scan", self._scan(stamp_ns))
+        if self._ticks % SENSORS_EVERY == SONAR_PHASE:
+            yield Measurement("sonar", self._sonar(stamp_ns))
+        if self._ticks % SENSORS_EVERY == COMPASS_PHASE:
+            yield Measurement("heading", self._heading(stamp_ns))
+        if (self._simulation.contact is not None) != self._was_pressed:
+            yield Measurement("bumper", self._bumper(stamp_ns))
+
+    def _odometry(self, stamp_ns: int) -> Odometry:
+        simulation = self._simulation
+        simulation.count_wheels()
+        wheels = simulation.wheels
+        return Odometry(
+            stamp_ns=stamp_ns,
+            frame_id="odom",
+            pose=_pose(simulation.odometry.pose),
+            twist=Twist2(vx=wheels.linear, vy=0.0, omega=wheels.angular),
+            covariance=simulation.odometry.covariance,
+        )
+
+    def _truth(self, stamp_ns: int) -> GroundTruth:
+        linear, angular = self._simulation.twist
+        return GroundTruth(
+            stamp_ns=stamp_ns,
+            frame_id="map",
+            pose=_pose(self._simulation.pose),
+            twist=Twist2(vx=linear, vy=0.0, omega=angular),
+        )
+
+    def _scan(self, stamp_ns: int) -> LaserScan:
+        simulation = self._simulation
+        params = simulation.params.laser
+        bearings = params.bearings
+        return LaserScan(
+            stamp_ns=stamp_ns,
+            frame_id="laser",
+            angle_min=float(bearings[0]),
+            angle_increment=params.field_of_view / max(params.beams - 1, 1),
+            range_min=params.range_min,
+            range_max=params.range_max,
+            ranges=scan(simulation.surroundings, simulation.pose, params, simulation.rng),
+        )
+
+    def _sonar(self, stamp_ns: int) -> SonarScan:
+        simulation = self._simulation
+        params = simulation.params.sonar
+        mounts = params.mounts(simulation.params.drive.radius)
+        in_map = se2.compose(simulation.pose, mounts)
+        return SonarScan(
+            stamp_ns=stamp_ns,
+            frame_id="base_link",
+            mounts=mounts.astype(np.float32),
+            ranges=sonar_round(simulation.surroundings, in_map, params, simulation.rng),
+            cone=params.cone,
+            range_min=params.range_min,
+            range_max=params.range_max,
+        )
+
+    def _heading(self, stamp_ns: int) -> Heading:
+        simulation = self._simulation
+        params = simulation.params.compass
+        yaw = compass_yaw(float(simulation.pose[2]), params, simulation.rng)
+        return Heading(stamp_ns=stamp_ns, frame_id="map", yaw=yaw, sigma=params.sigma)
+
+    def _bumper(self, stamp_ns: int) -> Bumper:
+        bearing = self._simulation.contact
+        self._was_pressed = bearing is not None
+        return Bumper(
+            stamp_ns=stamp_ns, frame_id="base_link", pressed=self._was_pressed, bearing=bearing
+        )
+
+
+def _pose(pose: "np.typing.NDArray[np.float64]") -> Pose2:
+    x, y, theta = (float(value) for value in pose)
+    return Pose2(x=x, y=y, theta=theta)
