@@ -26,9 +26,16 @@ FOUR = np.array([0.0, math.pi / 2.0, -math.pi / 2.0, math.pi])
 """Rangers to the front, left, right and back."""
 
 RANGE_MAX = 8.0
-M1 = MarkovParams(algorithm="m1", grid=PoseGridParams(CELL, 72))
-M2 = MarkovParams(algorithm="m2", recovery_weight=1.0, grid=PoseGridParams(CELL, 72))
-"""The paper's floor to the letter: P0 = 1 / |Omega|."""
+M2 = MarkovParams(
+    algorithm="m2",
+    recovery_weight=1.0,
+    update_way=0.1,
+    update_turn=BIN,
+    grid=PoseGridParams(CELL, 72),
+)
+"""The paper's floor to the letter, P0 = 1 / |Omega|, and its actions: each is a measurement."""
+
+M1 = replace(M2, algorithm="m1")
 
 
 def hall(width: float, height: float, origin: tuple[float, float, float]) -> OccupancyMap:
@@ -135,45 +142,45 @@ def kidnapped(params: MarkovParams) -> Run:
     """A robot that was sure of its place, carried to another without its odometry noticing."""
     run = begin(SQUARE, params, np.array([-1.5, -1.2, 0.6]), has_compass=True)
     run.localizer.start_at(run.pose, np.diag([0.01, 0.01, 0.01]))
-    for _ in range(5):
-        run.measure()
-    assert run.localizer.estimate.state == "localized"
+    estimates = [run.go(step) for step in wander(6, seed=8)]
+    assert estimates[-1].state == "localized"
     run.pose = np.array([1.3, 0.4, -2.2])
     return run
 
 
+def is_far(estimate: Estimate, run: Run) -> bool:
+    return all(error(mode.pose, run.pose)[0] > 0.5 for mode in estimate.modes)
+
+
+def is_right(estimate: Estimate, run: Run) -> bool:
+    away, turn = error(estimate.pose, run.pose)
+    return away <= math.hypot(CELL, CELL) and turn <= BIN
+
+
 def test_m1_never_recovers_from_a_kidnapping() -> None:
     run = kidnapped(M1)
-    for _ in range(30):
-        estimate = run.measure()
-        assert estimate.state != "localized" or error(estimate.pose, run.pose)[0] > 0.5
-    assert all(error(mode.pose, run.pose)[0] > 0.5 for mode in estimate.modes)
+    for _ in range(60):
+        estimate = run.go((0.0, 0.0, BIN))
+        assert is_far(estimate, run)
 
 
-def test_m2_recovers_from_a_kidnapping() -> None:
-    run = kidnapped(M2)
-    states = [run.measure().state for _ in range(6)]
-    assert states[0] != "localized"
-    assert states[-1] == "localized"
-    away, turn = error(run.localizer.estimate.pose, run.pose)
-    assert away <= math.hypot(CELL, CELL)
-    assert turn <= BIN
-
-
-def test_m2_recovers_with_a_thousandth_of_the_floor_too() -> None:
-    run = kidnapped(replace(M2, recovery_weight=1e-3))
-    estimates = [run.measure() for _ in range(8)]
+@pytest.mark.parametrize(("weight", "noticed_by"), [(1.0, 1), (1e-3, 1), (1e-6, 2)])
+def test_m2_recovers_from_a_kidnapping_whatever_the_weight_of_its_floor(
+    weight: float, noticed_by: int
+) -> None:
+    """Four rangers outweigh a smaller floor later: it is the price of a sharper belief."""
+    run = kidnapped(replace(M2, recovery_weight=weight))
+    estimates = [run.go((0.0, 0.0, BIN)) for _ in range(10)]
+    assert estimates[noticed_by - 1].state != "localized"
     assert estimates[-1].state == "localized"
-    assert error(estimates[-1].pose, run.pose)[0] <= math.hypot(CELL, CELL)
+    assert is_right(estimates[-1], run)
 
 
 def test_choosing_m2_later_ends_what_m1_cannot() -> None:
     run = kidnapped(M1)
-    for _ in range(5):
-        run.measure()
+    assert is_far([run.go((0.0, 0.0, BIN)) for _ in range(5)][-1], run)
     run.localizer.choose_algorithm("m2", 1.0)
-    estimates = [run.measure() for _ in range(8)]
-    assert error(estimates[-1].pose, run.pose)[0] <= math.hypot(CELL, CELL)
+    assert is_right([run.go((0.0, 0.0, BIN)) for _ in range(8)][-1], run)
 
 
 def test_m2_needs_no_initial_belief_at_all() -> None:
@@ -181,9 +188,7 @@ def test_m2_needs_no_initial_belief_at_all() -> None:
     run = begin(SQUARE, M2, np.array([1.0, 0.5, 0.2]), has_compass=True)
     run.localizer.grid.belief[:] = 0.0
     run.localizer.grid.settle()
-    for _ in range(4):
-        run.measure()
-    assert error(run.localizer.estimate.pose, run.pose)[0] <= math.hypot(CELL, CELL)
+    assert is_right([run.go((0.0, 0.0, BIN)) for _ in range(6)][-1], run)
 
 
 @pytest.mark.parametrize(
