@@ -1,0 +1,30 @@
+// Where the gateway is and who we are: one robot, and a token if the gateway wants one.
+//
+// A token comes in the fragment (#token=...), which browsers send to nobody; it is kept for the
+// session and taken out of the address bar.
+
+const KEY = "pilotage-token";
+
+export function takeToken() {
+  const match = /[#&]token=([^&]+)/.exec(location.hash);
+  if (match) {
+    sessionStorage.setItem(KEY, decodeURIComponent(match[1]));
+    history.replaceState(null, "", location.pathname + location.search);
+  }
+  return sessionStorage.getItem(KEY);
+}
+
+/** Returns the address of the first robot below the API; throws Error with a sentence. */
+export async function findRobot(token) {
+  const headers = token ? { authorization: `Bearer ${token}` } : {};
+  const response = await fetch("/api/v1/robots", { headers });
+  if (response.status === 401) {
+    throw new Error("This gateway wants a token: open the page with #token=… at the end of its address");
+  }
+  if (!response.ok) throw new Error(`The gateway answered ${response.status}`);
+  const [robot] = await response.json();
+  return `/api/v1/robots/${robot.id}`;
+}
+
+export const withToken = (address, token) =>
+  token ? `${address}?token=${encodeURIComponent(token)}` : address;

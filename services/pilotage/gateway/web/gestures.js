@@ -1,0 +1,96 @@
+// Wheel, drag, pinch and keys to view; while a pose is aimed, drags belong to the aim.
+
+const KEY_PAN = 48;
+const ZOOM_STEP = 1.4;
+const WHEEL = 0.0015;
+
+/** Lets `canvas` be panned, zoomed and turned; `aim` may take presses, `onHover` hears points. */
+export function startGestures(canvas, view, { aim, onMove, onHover }) {
+  const pointers = new Map();
+
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    pointers.set(event.pointerId, at(event));
+    if (aim.isActive && pointers.size === 1) aim.press(at(event));
+    canvas.classList.add("is-dragging");
+  });
+
+  canvas.addEventListener("pointermove", (event) => {
+    onHover(at(event));
+    const before = pointers.get(event.pointerId);
+    if (!before) return;
+    const now = at(event);
+    if (aim.isActive && pointers.size === 1) aim.drag(now);
+    else if (pointers.size === 1) drag(before, now);
+    else if (pointers.size === 2) pinch(event.pointerId, before, now);
+    pointers.set(event.pointerId, now);
+  });
+
+  const release = (event) => {
+    if (aim.isActive && pointers.has(event.pointerId)) aim.release();
+    pointers.delete(event.pointerId);
+    if (pointers.size === 0) canvas.classList.remove("is-dragging");
+  };
+  canvas.addEventListener("pointerup", release);
+  canvas.addEventListener("pointercancel", release);
+  canvas.addEventListener("pointerleave", () => onHover(null));
+
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      const pixels = event.deltaMode === 0 ? event.deltaY : event.deltaY * 32;
+      view.zoomBy(Math.exp(-pixels * WHEEL), at(event));
+      onMove();
+    },
+    { passive: false },
+  );
+
+  canvas.addEventListener("dblclick", (event) => {
+    if (aim.isActive) return;
+    view.zoomBy(2, at(event));
+    onMove();
+  });
+
+  canvas.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (aim.isActive ? aim.key(event) : key(event.key)) {
+      event.preventDefault();
+      onMove();
+    }
+  });
+
+  function drag(before, now) {
+    const [dx, dy] = [now.x - before.x, now.y - before.y];
+    if (dx === 0 && dy === 0) return;
+    view.panBy(dx, dy);
+    onMove();
+  }
+
+  function pinch(id, before, now) {
+    const other = [...pointers].find(([otherId]) => otherId !== id)[1];
+    const [old, fresh] = [span(other, before), span(other, now)];
+    if (old.length > 0) view.zoomBy(fresh.length / old.length, other, old.angle - fresh.angle, false);
+    view.follows = false;
+    onMove();
+  }
+
+  function key(name) {
+    const steps = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+    if (steps[name]) view.panBy(...steps[name].map((step) => step * KEY_PAN));
+    else if (name === "+" || name === "=") zoomIn(view);
+    else if (name === "-") zoomOut(view);
+    else return false;
+    return true;
+  }
+}
+
+export const zoomIn = (view) => view.zoomBy(ZOOM_STEP, view.focus);
+export const zoomOut = (view) => view.zoomBy(1 / ZOOM_STEP, view.focus);
+export const rotate = (view) => view.zoomBy(1, view.focus, Math.PI / 2);
+
+const at = (event) => ({ x: event.offsetX, y: event.offsetY });
+
+function span(a, b) {
+  return { length: Math.hypot(b.x - a.x, b.y - a.y), angle: Math.atan2(b.y - a.y, b.x - a.x) };
+}

@@ -1,0 +1,29 @@
+// Which command can be given now, and if not, why not: null means that it can.
+
+const NAMES = { set_pose: "localizer", relocalize: "localizer" };
+const UNAVAILABLE = new Set(["down", "given_up", "stopped"]);
+
+/** Returns the reason why command `name` cannot be given, in words, or null. */
+export function obstacle(name, state) {
+  if (state.link !== "open") return "No contact with the gateway";
+  if (state.message("link")?.connected === false) return "The gateway has lost the bus";
+  const service = NAMES[name] ?? "robot";
+  const process = state.message("deployment")?.processes.find((p) => p.name === service);
+  if (process && UNAVAILABLE.has(process.state)) return `The ${service} is down`;
+  return service === "localizer" ? localizerObstacle(state) : robotObstacle(name, state);
+}
+
+function localizerObstacle(state) {
+  return state.entry("map") ? null : "There is no map yet";
+}
+
+function robotObstacle(name, state) {
+  const status = state.message("status");
+  if (name === "kidnap" && status && status.source !== "simulation") {
+    return "Only a simulated robot can be carried away";
+  }
+  const description = state.message("description");
+  if (!description) return "The robot has not said what it can do";
+  if (description.commands.includes(name)) return null;
+  return status?.source === "replay" ? "A recorded run cannot be driven" : "This robot cannot do that";
+}
