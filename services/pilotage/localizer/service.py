@@ -41,6 +41,7 @@ class LocalizerService:
         self._localizer: MarkovLocalizer | None = None
         self._map_id = ""
         self._odometry = OdometryBuffer()
+        self._odometry_seq = 0
         self._compass = CompassMemory()
         self._mounts: dict[str, NDArray[np.float64]] = {}
         self._waiting: tuple[int, Measurement] | None = None
@@ -76,7 +77,7 @@ class LocalizerService:
     def take_odometry(self, odometry: Odometry) -> None:
         """Move the pose on, and weigh a measurement that waited for this odometry."""
         pose = _array(odometry.pose)
-        self._notice_restart(odometry.stamp_ns, pose)
+        self._notice_restart(odometry, pose)
         self._odometry.append(odometry.stamp_ns, pose)
         if self._waiting is not None:
             self._weigh(*self._waiting)
@@ -85,6 +86,8 @@ class LocalizerService:
     def take_scan(self, scan: LaserScan) -> None:
         """Weigh a laser scan; without the laser's mount it cannot be placed."""
         mount = self._mounts.get(scan.frame_id)
+        if mount is None and self._mounts:
+            self._node.warn("scan", f"the robot's description has no mount '{scan.frame_id}'")
         if mount is not None and self._localizer is not None:
             angles = scan.angle_min, scan.angle_increment
             beams = self._localizer.params.beams
@@ -148,15 +151,19 @@ class LocalizerService:
             self._send_belief(stamp_ns)
             self._save(stamp_ns)
 
-    def _notice_restart(self, stamp_ns: int, pose: NDArray[np.float64]) -> None:
+    def _notice_restart(self, odometry: Odometry, pose: NDArray[np.float64]) -> None:
+        """Begin a new odometry when it jumps, or when its messages are numbered anew."""
+        is_renumbered = odometry.seq < self._odometry_seq
+        self._odometry_seq = odometry.seq
         last = self._odometry.latest()
         if last is None:
             return
-        seconds = (stamp_ns - last[0]) / 1e9
+        seconds = (odometry.stamp_ns - last[0]) / 1e9
         way = float(np.hypot(*(pose[:2] - last[1][:2])))
-        if seconds < 0.0 or way > FASTEST * max(seconds, 0.05):
+        if is_renumbered or seconds < 0.0 or way > FASTEST * max(seconds, 0.05):
             self._node.warn("odometry", f"jumped {way:.2f} m in {seconds:.2f} s: counting anew")
             self._odometry.clear()
+            self._compass = CompassMemory()
             if self._localizer is not None:
                 self._localizer.restart_odometry()
 
@@ -180,7 +187,10 @@ class LocalizerService:
             return
         memory = self._running().remember()
         if memory is not None:
-            storage.save_memory(self._folder, self._map_id, memory)
+            try:
+                storage.save_memory(self._folder, self._map_id, memory)
+            except OSError as error:
+                self._node.warn("memory", f"not kept: {error}")
 
     def _is_due(self, what: str, stamp_ns: int, period_ns: int) -> bool:
         """Say whether `what` is due, by the stamps of the measurements; and count it as done."""
