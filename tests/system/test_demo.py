@@ -4,7 +4,6 @@ import os
 import signal
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -104,9 +103,3 @@ def test_ctrl_c_ends_everything(page: Page, run: Run) -> None:
     figure(f"stopped after {time.monotonic() - began:.2f} s")
     assert len(children) == 6
     assert not any(lives(pid) for pid in children)
-
-
-def test_the_demo_script_needs_nothing_else() -> None:
-    script = Path(REPOSITORY / "deploy" / "demo")
-    assert os.access(script, os.X_OK)
-    assert "pilotage up deploy/config/demo.yaml" in script.read_text(encoding="utf-8")
