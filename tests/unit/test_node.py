@@ -314,6 +314,17 @@ def test_health_counts_rates_ages_and_losses(bench: Bench) -> None:
     assert 1.0 < health.rss_mb < 10_000.0
 
 
+@pytest.mark.parametrize("stamp_ns", [0, 2**63 - 1])
+def test_a_stamp_from_another_time_does_not_stop_the_account(bench: Bench, stamp_ns: int) -> None:
+    bench.clock.advance(2e9)
+    bench.mapper.subscribe("bumper", lambda _: None)
+    bench.robot.publisher("bumper").publish(bumper(stamp_ns))
+    bench.step()
+    [line] = [line for line in bench.mapper.vitals.report().topics if line.topic == "bumper"]
+    assert line.count == 1
+    assert line.age in (0.0, 1e9)
+
+
 def test_before_the_first_sample_there_is_no_age(bench: Bench) -> None:
     bench.mapper.subscribe("odometry", lambda _: None)
     ages = {line.topic: line.age for line in bench.mapper.vitals.report().topics}

@@ -7,6 +7,7 @@ from typing import Literal
 
 from pilotage.bus.clock import Clock
 from pilotage.bus.endpoints import Traffic
+from pilotage_schemas.arrays import LARGEST
 from pilotage_schemas.health import Health, TopicHealth
 from pilotage_schemas.topics import Topic
 
@@ -15,6 +16,11 @@ def resident_mb() -> float:
     """Return the memory that this process holds now, in MB of 2^20 bytes."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def _bounded(number: float) -> float:
+    """Return the number as Health may hold it: a sender's stamp can lie anywhere in time."""
+    return min(max(number, 0.0), LARGEST)
 
 
 class Vitals:
@@ -46,7 +52,7 @@ class Vitals:
             frame_id="",
             service=self._service,
             uptime=now - self._started,
-            cpu_percent=100.0 * max(0.0, cpu - self._last_cpu) / elapsed,
+            cpu_percent=_bounded(100.0 * (cpu - self._last_cpu) / elapsed),
             rss_mb=resident_mb(),
             topics=tuple(self._line(t, elapsed) for t in self._traffic),
             dropped=sum(t.dropped for t in self._traffic) + self.bad_questions,
@@ -59,12 +65,12 @@ class Vitals:
         before = self._last_counts.get(id(traffic), 0)
         self._last_counts[id(traffic)] = traffic.count
         last = traffic.last_stamp_ns
-        age = None if last is None else max(0.0, (self._clock.now_ns() - last) / 1e9)
+        age = None if last is None else _bounded((self._clock.now_ns() - last) / 1e9)
         return TopicHealth(
             topic=traffic.topic.name,
             direction=traffic.direction,
             count=traffic.count,
-            rate_hz=(traffic.count - before) / elapsed,
+            rate_hz=_bounded((traffic.count - before) / elapsed),
             dropped=traffic.dropped,
             age=age,
             limit=traffic.topic.stale_after,
