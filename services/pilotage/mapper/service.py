@@ -2,9 +2,12 @@
 
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from pilotage.bus.deployment import ConfigError, Deployment
 from pilotage.bus.fabric import RefusedError
 from pilotage.bus.node import Node
+from pilotage.core.angles import wrap
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.map_files import MapFileError, load_map, map_digest
 from pilotage.mapper.config import MapperSettings
@@ -36,10 +39,24 @@ class MapperService:
         return MapLoaded(map_id=grid.map_id, rows=rows, cols=cols)
 
     def _publish(self, path: Path) -> OccupancyGrid:
-        world = load_map(path)
-        grid = grid_message(world, path.name, self._node.clock.now_ns())
+        grid = _grid_of_file(path, self._node.clock.now_ns())
         self._map.publish(grid)
         return grid
+
+
+def _grid_of_file(path: Path, stamp_ns: int) -> OccupancyGrid:
+    """Return the map of a file as a message; MapFileError if nobody could use it."""
+    world = load_map(path)
+    if not world.is_free.any():
+        raise MapFileError(f"{path}: the map has no free cell: a robot can be nowhere on it")
+    try:
+        return grid_message(world, path.name, stamp_ns)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise MapFileError(
+            f"{path}: the map cannot be published: {where}: {first['msg']}"
+        ) from None
 
 
 def grid_message(world: OccupancyMap, name: str, stamp_ns: int) -> OccupancyGrid:
@@ -51,6 +68,6 @@ def grid_message(world: OccupancyMap, name: str, stamp_ns: int) -> OccupancyGrid
         map_id=map_digest(world),
         name=name[:64],
         resolution=world.geometry.resolution,
-        origin=Pose2(x=x, y=y, theta=theta),
+        origin=Pose2(x=x, y=y, theta=wrap(theta)),
         cells=world.cells,
     )
