@@ -51,7 +51,7 @@ class Vitals:
             stamp_ns=self._clock.now_ns(),
             frame_id="",
             service=self._service,
-            uptime=now - self._started,
+            uptime=_bounded(now - self._started),
             cpu_percent=_bounded(100.0 * (cpu - self._last_cpu) / elapsed),
             rss_mb=resident_mb(),
             topics=tuple(self._line(t, elapsed) for t in self._traffic),
