@@ -55,7 +55,12 @@ def decode(kind: type[Decoded], payload: bytes) -> Decoded:
     try:
         return kind.model_validate(fields)
     except ValidationError as error:
-        raise DecodeError(_one_line(f"{kind.__name__}: {_first_reason(error)}")) from error
+        raise DecodeError(f"{kind.__name__}: {reason(error)}"[:MAX_REASON]) from error
+
+
+def reason(error: ValueError) -> str:
+    """Return in one short line why a message could not be made: its first fault."""
+    return _one_line(_first_reason(error) if isinstance(error, ValidationError) else str(error))
 
 
 def _encode_special(encoder: cbor2.CBOREncoder, value: object) -> None:

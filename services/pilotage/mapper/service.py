@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from pilotage.bus.deployment import ConfigError, Deployment
 from pilotage.bus.fabric import RefusedError
 from pilotage.bus.node import Node
@@ -11,6 +9,7 @@ from pilotage.core.angles import wrap
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.map_files import MapFileError, load_map, map_digest
 from pilotage.mapper.config import MapperSettings
+from pilotage_schemas.codec import reason
 from pilotage_schemas.commands import LoadMap, MapLoaded
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.mapping import OccupancyGrid
@@ -51,12 +50,8 @@ def _grid_of_file(path: Path, stamp_ns: int) -> OccupancyGrid:
         raise MapFileError(f"{path}: the map has no free cell: a robot can be nowhere on it")
     try:
         return grid_message(world, path.name, stamp_ns)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise MapFileError(
-            f"{path}: the map cannot be published: {where}: {first['msg']}"
-        ) from None
+    except ValueError as error:
+        raise MapFileError(f"{path}: the map cannot be published: {reason(error)}") from error
 
 
 def grid_message(world: OccupancyMap, name: str, stamp_ns: int) -> OccupancyGrid:
