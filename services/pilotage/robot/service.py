@@ -1,5 +1,6 @@
 """The robot on the bus: what its driver senses goes out, commands come in and are checked."""
 
+import contextlib
 import time
 from collections.abc import Callable
 
@@ -21,13 +22,15 @@ from pilotage.robot.driver import (
 from pilotage.robot.driver_choice import make_driver
 from pilotage.robot.motion_command import Motion, Straight, Turn
 from pilotage.robot.pilot import Pilot
+from pilotage.robot.storage import load_place, save_place
 from pilotage.robot.wander import View, Wanderer, WanderParams
 from pilotage.robot.watchdog import CommandWatch, Limits, SensorWatch
 from pilotage_schemas import commands as c
-from pilotage_schemas.geometry import Twist2
+from pilotage_schemas.geometry import Pose2, Twist2
 from pilotage_schemas.planning import VelocityCommand
 from pilotage_schemas.sensors import (
     Bumper,
+    GroundTruth,
     LaserScan,
     Odometry,
     RobotDescription,
@@ -51,14 +54,17 @@ class RobotService:
         self,
         settings: RobotSettings,
         node: Node,
-        _deployment: Deployment,
+        deployment: Deployment,
         wait: Callable[[float], None] = time.sleep,
     ) -> None:
         self._node = node
         self._wait = wait
         self._settings = settings
+        self._folder = deployment.run_dir
+        self._place: Pose2 | None = None
         with node.busy(30.0):
             self.driver = make_driver(settings)
+            self._return_to_its_place()
             self._description = self.driver.describe()
         self._mount = _laser_mount(self._description)
         self._odometry: Odometry | None = None
@@ -79,6 +85,7 @@ class RobotService:
         self._answer_commands()
         self._node.every(PERIOD, self.step)
         self._node.every(STATUS_PERIOD, self._publish_status)
+        self._node.every(STATUS_PERIOD, self._keep_its_place)
         self.step()
 
     def step(self) -> None:
@@ -160,6 +167,21 @@ class RobotService:
             self.pilot.stop("carried away")
         return c.Kidnapped(pose=pose)
 
+    def _return_to_its_place(self) -> None:
+        """Put a simulated robot where this run's last process left it."""
+        place = None if self._folder is None else load_place(self._folder)
+        if place is not None and isinstance(self.driver, Kidnappable):
+            with contextlib.suppress(DriverError):
+                self.driver.kidnap(place)
+
+    def _keep_its_place(self) -> None:
+        if self._folder is None or self._place is None:
+            return
+        try:
+            save_place(self._folder, self._place)
+        except OSError as error:
+            self._node.warn("storage", f"the robot's place cannot be kept: {error.strerror}")
+
     def _require(self, name: str) -> None:
         """Refuse a command that this robot does not have."""
         if isinstance(self.driver, Playback):
@@ -194,6 +216,8 @@ class RobotService:
                 self.pilot.hear_odometry(np.array([pose.x, pose.y, pose.theta]), now)
             case LaserScan() if self._mount is not None:
                 self.pilot.hear_scan(_view(message, self._mount), now)
+            case GroundTruth(pose=pose):
+                self._place = pose
             case Bumper():
                 self.pilot.hear_bumper(message.bearing, is_pressed=message.pressed)
 
