@@ -88,15 +88,12 @@ class Pilot:
         """Return the speeds to drive with for the next `dt` s; None: stand still at once."""
         self._check_sensors(now)
         self._check_sender(now)
-        if not self._is_moving:
+        intended = self._intended(now)
+        if intended is None:
             self._speeds = AT_REST
             return None
-        self._speeds = self.limits.applied(self._intended(now), self._speeds, dt)
-        return self._speeds if self._is_moving else None
-
-    @property
-    def _is_moving(self) -> bool:
-        return self.mode != "stopped"
+        self._speeds = self.limits.applied(intended, self._speeds, dt)
+        return self._speeds
 
     def _check_sensors(self, now: float) -> None:
         """Stand while a sensor is silent; a wanderer goes on when it is heard again."""
@@ -116,18 +113,27 @@ class Pilot:
         if is_velocity and self.commands.is_silent(now):
             self.stop(f"no velocity command for {self.commands.timeout:g} s")
 
-    def _intended(self, now: float) -> Speeds:
-        if self.mode == "wandering":
-            return self._wandered()
-        if self._motion is None:
-            return self._wanted
+    def _intended(self, now: float) -> Speeds | None:
+        """Return what whoever drives now wants; None: nobody drives."""
+        match self.mode:
+            case "stopped":
+                return None
+            case "wandering":
+                return self._wandered()
+            case _:
+                return self._wanted if self._motion is None else self._moved(self._motion, now)
+
+    def _moved(self, motion: Motion, now: float) -> Speeds | None:
+        """Go on with a motion, to its end or until it runs into something."""
         if self._pose is None:
             return AT_REST
-        progress = self._motion.advance(self._pose, now)
+        progress = motion.advance(self._pose, now)
         if self._runs_into_something(progress.speeds):
-            self.stop(f"{self._motion.name}: ran into something")
-        elif progress.ended is not None:
+            self.stop(f"{motion.name}: ran into something")
+            return None
+        if progress.ended is not None:
             self.stop(progress.ended)
+            return None
         return progress.speeds
 
     def _wandered(self) -> Speeds:

@@ -5,7 +5,7 @@ to time the robot looks at the free ways around it and picks the end of one: the
 straighter ahead and the less visited, the better. Then it turns towards it and drives.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,16 @@ from pilotage.robot.watchdog import AT_REST, Speeds
 
 Points = NDArray[np.float64]
 
+ALONE = 0.15
+"""m by which a range must be shorter than its neighbours to be taken for dust."""
+SHORTEST = 0.5
+"""Length in m below which a way is not worth going."""
+TIGHT = 0.04
+"""Gap in m with which the robot leaves a nook that it cannot leave otherwise."""
+DOOR_DEPTH = 0.8
+"""m by which a way must go on beyond the jambs of a door."""
+DOOR_SIDE = 0.45
+"""m to the sides of a way in which jambs are looked for."""
 LOOK_AHEAD = 1.0
 """Length in m of the strip that has to be free in the direction of travel."""
 
@@ -30,17 +40,25 @@ class WanderParams:
     """Gap to everything in open space, m."""
     squeeze: float = 0.09
     """Gap with which it goes through doors, m."""
-    speed: float = 0.45
+    speed: float = 0.55
     """m/s."""
-    turn_rate: float = 1.0
+    turn_rate: float = 1.2
     """rad/s."""
     sight: float = 5.0
     """Longest way that is planned at once, m."""
     period: float = 0.5
     """Time between two looks around, s."""
-    memory: float = 240.0
+    memory: float = 400.0
     """Time after which a visit is half forgotten, s."""
-    hysteresis: float = 1.2
+    length_worth: float = 0.12
+    """Worth of a metre of way."""
+    ahead_worth: float = 0.15
+    """Worth of going straight ahead."""
+    door_worth: float = 0.9
+    """Worth of going through a door."""
+    visited_cost: float = 1.2
+    """Cost of having been there just now."""
+    hysteresis: float = 0.35
     """How much better a new aim must be than the present one."""
 
 
@@ -50,7 +68,8 @@ class WanderState:
 
     aim: Points | None = None
     aim_score: float = 0.0
-    aim_gap: float = 0.0
+    patience: float = 0.0
+    """Time left to reach the aim, s."""
     since_look: float = np.inf
     spin: float = 1.0
     visits: Points = field(default_factory=lambda: np.zeros((0, 3)))
@@ -71,7 +90,7 @@ class View:
     def of(cls, ranges: ArrayLike, bearings: ArrayLike, mount: ArrayLike) -> "View":
         """Return the view of a laser at `mount` (3,) from its ranges (n,) and bearings (n,)."""
         distances, angles = np.asarray(ranges, float), np.asarray(bearings, float)
-        hit = np.isfinite(distances)
+        hit = np.isfinite(distances) & ~_stands_alone(distances)
         rays = distances[hit, None] * np.stack([np.cos(angles[hit]), np.sin(angles[hit])], axis=1)
         candidates = wrap(np.linspace(angles[0], angles[-1], 73) + float(np.asarray(mount)[2]))
         return cls(se2.transform_points(mount, rays), candidates)
@@ -86,21 +105,41 @@ class View:
 
         Measured from the centre of the robot to the first point in the strip.
         """
+        return self._first(bearings, -half_width, half_width)
+
+    def is_door(self, bearings: ArrayLike, half_width: float) -> NDArray[np.bool_]:
+        """Say at which `bearings` (m,) a way leads between two jambs abreast of each other."""
+        left = self._first(bearings, half_width, half_width + DOOR_SIDE)
+        right = self._first(bearings, -half_width - DOOR_SIDE, -half_width)
+        beyond = self.reach(bearings, half_width) > np.maximum(left, right) + DOOR_DEPTH
+        finite = np.isfinite(left) & np.isfinite(right)
+        apart = np.abs(np.where(finite, left, 0.0) - np.where(finite, right, 0.0))
+        between: NDArray[np.bool_] = finite & beyond & (apart < 0.3)
+        return between
+
+    def _first(self, bearings: ArrayLike, lowest: float, highest: float) -> NDArray[np.float64]:
+        """Return how far along (m,) `bearings` the first point lies that is so far to the left."""
         angles = np.atleast_1d(np.asarray(bearings, float))
-        along = np.outer(np.cos(angles), self.points[:, 0]) + np.outer(
-            np.sin(angles), self.points[:, 1]
-        )
-        across = np.outer(-np.sin(angles), self.points[:, 0]) + np.outer(
-            np.cos(angles), self.points[:, 1]
-        )
-        blocks = (np.abs(across) < half_width) & (along > 0.0)
-        nearest: NDArray[np.float64] = np.where(blocks, along, np.inf).min(axis=1, initial=np.inf)
-        return nearest
+        x, y = self.points.T
+        along = np.outer(np.cos(angles), x) + np.outer(np.sin(angles), y)
+        across = np.outer(-np.sin(angles), x) + np.outer(np.cos(angles), y)
+        lies_there = (across > lowest) & (across < highest) & (along > 0.0)
+        first: NDArray[np.float64] = np.where(lies_there, along, np.inf).min(axis=1, initial=np.inf)
+        return first
 
     @property
     def gap(self) -> float:
         """Distance in m from the robot's centre to the nearest point."""
         return float(np.hypot(self.points[:, 0], self.points[:, 1]).min(initial=np.inf))
+
+
+@dataclass(frozen=True)
+class Ways:
+    """Free ways: `ends` (n, 2) in base_link, `bearings` (n,) rad, which lead through a door."""
+
+    ends: Points
+    bearings: NDArray[np.float64]
+    is_door: NDArray[np.bool_]
 
 
 class Wanderer:
@@ -122,6 +161,7 @@ class Wanderer:
         here = np.asarray(pose, float)
         self._remember(here, dt)
         self.state.since_look += dt
+        self.state.patience -= dt
         if self.state.since_look >= self.params.period:
             self.state.since_look = 0.0
             self._look_around(view, here)
@@ -142,44 +182,59 @@ class Wanderer:
     def _look_around(self, view: View, here: Points) -> None:
         """Choose an aim, unless the present one is as good and still free."""
         state = self.state
-        ends, gaps, bearings = self._free_ways(view)
-        if len(ends) == 0:
+        ways = self._free_ways(view)
+        if len(ways.ends) == 0:
             state.aim = None
             return
-        in_odom = se2.transform_points(here, ends)
-        scores = self._scores(in_odom, ends, bearings)
-        best = int(np.argmax(scores + self._rng.gumbel(0.0, 0.15, len(scores))))
-        if self._keeps_aim(view, here, float(scores[best])):
+        in_odom = se2.transform_points(here, ways.ends)
+        scores = self._scores(in_odom, ways)
+        if self._keeps_aim(view, here, float(scores.max())):
             return
-        state.aim, state.aim_score, state.aim_gap = in_odom[best], float(scores[best]), gaps[best]
-        state.spin = 1.0 if bearings[best] >= 0.0 else -1.0
+        best = int(np.argmax(scores + self._rng.gumbel(0.0, 0.1, len(scores))))
+        length = float(np.hypot(*ways.ends[best]))
+        state.aim, state.aim_score = in_odom[best], float(scores[best])
+        state.patience = 4.0 + length / (0.4 * self.params.speed)
+        state.spin = 1.0 if ways.bearings[best] >= 0.0 else -1.0
 
-    def _free_ways(self, view: View) -> tuple[Points, NDArray[np.float64], NDArray[np.float64]]:
-        """Return ends (n, 2) of free ways in base_link, their gaps (n,) and bearings (n,)."""
-        params = self.params
-        ends, gaps, bearings = [], [], []
-        for gap in (params.keep_clear, params.squeeze):
-            half_width = params.radius + gap
-            lengths = np.minimum(view.reach(view.bearings, half_width) - half_width, params.sight)
-            for share in (1.0, 0.6):
-                worth = share * lengths > 0.5
-                ways = share * lengths[worth]
-                angles = view.bearings[worth]
-                ends.append(ways[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
-                gaps.append(np.full(len(ways), gap))
-                bearings.append(angles)
-        return np.vstack(ends), np.concatenate(gaps), np.concatenate(bearings)
+    def _free_ways(self, view: View) -> Ways:
+        """Return ways with room to spare and through doors; if there are none, tighter ones."""
+        ways = self._open_ways(view)
+        for gap in (self.params.squeeze, TIGHT):
+            if len(ways.ends) > 0:
+                break
+            ways = _ways(view.bearings, self._lengths(view, gap), SHORTEST / 2.0)
+        return ways
 
-    def _scores(
-        self, in_odom: Points, ends: Points, bearings: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Return how good each end (n, 2) is as an aim."""
+    def _open_ways(self, view: View) -> Ways:
+        """Return the ways at the laser's bearings, whole and in part, and those through doors."""
+        params, angles = self.params, view.bearings
+        wide = self._lengths(view, params.keep_clear)
+        is_door = view.is_door(angles, params.radius + params.squeeze)
+        narrow = self._lengths(view, params.squeeze)[is_door]
+        lengths = np.concatenate([wide, 0.6 * wide, narrow])
+        ways = _ways(np.concatenate([angles, angles, angles[is_door]]), lengths, SHORTEST)
+        is_narrow = np.arange(len(lengths)) >= 2 * len(angles)
+        return replace(ways, is_door=is_narrow[lengths > SHORTEST])
+
+    def _lengths(self, view: View, gap: float) -> NDArray[np.float64]:
+        """Return how far (n,) the robot may go at the view's bearings with this gap around it, m."""
+        half_width = self.params.radius + gap
+        reach = view.reach(view.bearings, half_width) - half_width
+        return np.minimum(reach, self.params.sight)
+
+    def _scores(self, in_odom: Points, ways: Ways) -> NDArray[np.float64]:
+        """Return how good each end (n, 2) in odom is as an aim."""
         visits = self.state.visits
         squared = ((in_odom[:, None, :] - visits[None, :, :2]) ** 2).sum(axis=2)
         freshness = 0.5 ** (visits[:, 2] / self.params.memory)
         visited = (np.exp(-squared / (2.0 * 0.8**2)) * freshness).sum(axis=1)
-        length = np.hypot(ends[:, 0], ends[:, 1])
-        scores: NDArray[np.float64] = 0.25 * length + 0.4 * np.cos(bearings) - 1.0 * visited
+        length = np.hypot(ways.ends[:, 0], ways.ends[:, 1])
+        scores: NDArray[np.float64] = (
+            self.params.length_worth * length
+            + self.params.ahead_worth * np.cos(ways.bearings)
+            + self.params.door_worth * ways.is_door
+            - self.params.visited_cost * visited
+        )
         return scores
 
     def _keeps_aim(self, view: View, here: Points, best: float) -> bool:
@@ -187,12 +242,13 @@ class Wanderer:
         state = self.state
         if state.aim is None:
             return False
-        ahead = se2.transform_points(se2.inverse(here), state.aim[None])[0]
-        left = float(np.hypot(*ahead))
-        if left < 0.3:
+        if state.patience <= 0.0:
+            state.visits = np.vstack([state.visits, [state.aim[0], state.aim[1], 0.0]])
             return False
-        bearing = float(np.arctan2(ahead[1], ahead[0]))
-        half_width = self.params.radius + min(state.aim_gap, self.params.squeeze)
+        left, bearing = _polar(state.aim, here)
+        if left < 0.35:
+            return False
+        half_width = self.params.radius + self.params.squeeze
         is_free = view.reach(bearing, half_width)[0] > min(left, 0.8)
         return bool(is_free) and best < state.aim_score + self.params.hysteresis
 
@@ -201,22 +257,42 @@ class Wanderer:
         if self.state.aim is None:
             return AT_REST
         params = self.params
-        ahead = se2.transform_points(se2.inverse(here), self.state.aim[None])[0]
-        bearing = self._clear_bearing(view, float(np.arctan2(ahead[1], ahead[0])))
+        left, wanted = _polar(self.state.aim, here)
+        bearing = self._clear_bearing(view, wanted, min(LOOK_AHEAD, left))
         angular = float(np.clip(2.5 * bearing, -params.turn_rate, params.turn_rate))
-        if abs(bearing) > 0.5:
+        if abs(bearing) > 0.6:
             return 0.0, angular
-        free = float(view.reach(0.0, params.radius + 0.05)[0]) - params.radius - params.squeeze
-        allowed = np.sqrt(max(0.0, 2.0 * 0.3 * free))
-        linear = min(params.speed * np.cos(2.0 * bearing), allowed, 0.15 + view.gap - params.radius)
+        free = float(view.reach(0.0, params.radius + 0.05)[0]) - params.radius - 0.08
+        allowed = np.sqrt(max(0.0, 2.0 * 0.4 * free))
+        linear = min(params.speed * np.cos(2.0 * bearing), allowed, 0.2 + view.gap - params.radius)
         return float(max(0.0, linear)), angular
 
-    def _clear_bearing(self, view: View, wanted: float) -> float:
-        """Return the bearing nearest to the wanted one whose strip is free for a metre or two."""
+    def _clear_bearing(self, view: View, wanted: float, ahead: float) -> float:
+        """Return the bearing nearest to the wanted one whose strip is free for `ahead` m."""
         params = self.params
-        angles = wanted + np.deg2rad(np.arange(-30.0, 31.0, 3.0))
-        half_width = params.radius + params.squeeze
-        reach = view.reach(angles, half_width)
+        angles = wanted + np.deg2rad(np.arange(-40.0, 41.0, 4.0))
+        narrow = view.reach(angles, params.radius + params.squeeze)
         wide = view.reach(angles, params.radius + params.keep_clear)
-        cost = np.abs(angles - wanted) + 0.6 * (wide < LOOK_AHEAD) + 3.0 * (reach < LOOK_AHEAD)
+        cost = np.abs(angles - wanted) + 0.7 * (wide < ahead) + 3.0 * (narrow < ahead)
         return float(wrap(angles[int(np.argmin(cost))]))
+
+
+def _ways(bearings: NDArray[np.float64], lengths: NDArray[np.float64], shortest: float) -> Ways:
+    """Return the ways (n,) that are longer than `shortest` m."""
+    directions = np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
+    ends, worth = lengths[:, None] * directions, lengths > shortest
+    return Ways(ends[worth], bearings[worth], np.zeros(worth.sum(), bool))
+
+
+def _stands_alone(ranges: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Find ranges (n,) much shorter than both neighbours: dust; what is near fills more beams."""
+    before = np.concatenate([ranges[:1], ranges[:-1]])
+    after = np.concatenate([ranges[1:], ranges[-1:]])
+    alone: NDArray[np.bool_] = ranges < np.minimum(before, after) - ALONE
+    return alone
+
+
+def _polar(point: Points, here: Points) -> tuple[float, float]:
+    """Return distance in m and bearing in rad of a point (2,) in odom seen from a pose (3,)."""
+    x, y = se2.transform_points(se2.inverse(here), point[None])[0]
+    return float(np.hypot(x, y)), float(np.arctan2(y, x))
