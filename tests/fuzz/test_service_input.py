@@ -1,6 +1,7 @@
 """Any valid message, however odd, in any order: no service that listens to it fails."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from pilotage.localizer.config import LocalizerSettings
 from pilotage.localizer.service import LocalizerService
 from pilotage.mapper.config import MapperSettings
 from pilotage.mapper.service import MapperService
+from pilotage.robot.config import RobotSettings
+from pilotage.robot.service import RobotService
 from pilotage_schemas.codec import decode, encode
 from pilotage_schemas.message import Message, Part
 from pilotage_schemas.sensors import RobotDescription, SensorMount
@@ -24,6 +27,7 @@ from pilotage_schemas.topics import QUERIES, TOPICS, Query, encoding, query_key,
 from sample_messages import HERE, grid, odometry, scan
 from strategies import parts
 
+REPOSITORY = Path(__file__).resolve().parents[2]
 Build = Callable[[Node], object]
 
 
@@ -38,7 +42,16 @@ def mapper(node: Node) -> object:
     return MapperService(MapperSettings(), node, Deployment())
 
 
-SERVICES: dict[str, Build] = {"localizer": localizer, "mapper": mapper}
+def robot(node: Node) -> object:
+    assert isinstance(node.clock, HandClock)
+    settings = RobotSettings(world=REPOSITORY / "deploy" / "worlds" / "hall.yaml", seed=1)
+    service = RobotService(settings, node, Deployment(), wait=node.clock.advance)
+    service.driver.__enter__()
+    service.begin()
+    return service
+
+
+SERVICES: dict[str, Build] = {"localizer": localizer, "mapper": mapper, "robot": robot}
 
 
 class Bench:
@@ -109,7 +122,7 @@ def messages(draw: st.DrawFn, names: list[str]) -> tuple[str, Message]:
 
 @pytest.mark.parametrize("name", [name for name in SERVICES if heard_by(name)])
 def test_no_valid_message_stops_a_service(name: str) -> None:
-    @settings(max_examples=150, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=80, suppress_health_check=list(HealthCheck))
     @given(st.lists(messages(heard_by(name)), max_size=8), st.floats(-1.0, 5.0))
     def attack(sent: list[tuple[str, Message]], seconds: float) -> None:
         bench = Bench(name)
