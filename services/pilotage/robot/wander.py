@@ -217,7 +217,7 @@ class Wanderer:
         return replace(ways, is_door=is_narrow[lengths > SHORTEST])
 
     def _lengths(self, view: View, gap: float) -> NDArray[np.float64]:
-        """Return how far (n,) the robot may go at the view's bearings with this gap around it, m."""
+        """Return how far (n,) the robot may go at the view's bearings with this gap, m."""
         half_width = self.params.radius + gap
         reach = view.reach(view.bearings, half_width) - half_width
         return np.minimum(reach, self.params.sight)
