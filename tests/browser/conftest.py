@@ -4,15 +4,21 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from playwright.sync_api import Browser, ConsoleMessage, Page, Request, sync_playwright
+
 from browser.live_gateway import LiveGateway
 from browser.show import Show
-from playwright.sync_api import Browser, Page, Request, sync_playwright
 
 DESKTOP = {"width": 1440, "height": 900}
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--force-color-profile=srgb"]
+EXPECTED = ("ERR_CONNECTION_REFUSED", "ERR_EMPTY_RESPONSE", "status of 409", "status of 503")
+"""What browsers log of connections that are cut and commands that are refused on purpose."""
+
+OpenPage = Callable[..., Page]
 
 
 @pytest.fixture(scope="session")
@@ -40,40 +46,45 @@ def show(gateway: LiveGateway) -> Iterator[Show]:
         yield running
 
 
-OpenPage = Callable[..., Page]
-
-
 @pytest.fixture
 def open_page(browser: Browser, gateway: LiveGateway) -> Iterator[OpenPage]:
-    """Open the page in a fresh browser profile; it must load nothing from elsewhere, nor fail."""
+    """Open the page in a fresh profile; it must neither load from elsewhere nor fail."""
     contexts, troubles = [], []
 
-    def watch(request: Request) -> None:
-        if not request.url.startswith((gateway.url, gateway.url.replace("http", "ws"), "data:")):
+    def watch_request(request: Request) -> None:
+        if not request.url.startswith((gateway.url, gateway.url.replace("http", "ws"))):
             troubles.append(f"request to {request.url}")
 
-    def opened(path: str = "", **options: object) -> Page:
+    def watch_console(message: ConsoleMessage) -> None:
+        is_expected = any(text in message.text for text in EXPECTED)
+        if message.type in ("error", "warning") and not is_expected:
+            troubles.append(f"console: {message.text}")
+
+    def opened(**options: Any) -> Page:
         context = browser.new_context(**({"viewport": DESKTOP, "color_scheme": "dark"} | options))
         contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(8000)
-        page.on("request", watch)
+        page.set_default_timeout(10_000)
+        page.on("request", watch_request)
+        page.on("console", watch_console)
         page.on("pageerror", lambda error: troubles.append(f"error: {error}"))
-        page.on(
-            "console",
-            lambda message: (
-                troubles.append(f"console: {message.text}")
-                if message.type == "error" and "ERR_CONNECTION_REFUSED" not in message.text
-                else None
-            ),
-        )
-        page.goto(gateway.url + path)
+        page.goto(gateway.url)
         return page
 
     yield opened
     for context in contexts:
         context.close()
     assert troubles == []
+
+
+@pytest.fixture(scope="module")
+def modules(browser: Browser) -> Iterator[Page]:
+    """A bare page of the gateway's origin, from which the page's modules can be imported."""
+    with LiveGateway() as running:
+        page = browser.new_page()
+        page.goto(f"{running.url}healthz")
+        yield page
+        page.close()
 
 
 @pytest.fixture(scope="session")

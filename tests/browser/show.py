@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from browser.live_gateway import LiveGateway
 from numpy.typing import NDArray
 
+from browser.live_gateway import LiveGateway
 from pilotage.bus.fabric import RefusedError
 from pilotage_schemas.commands import Done, Kidnapped, SetPose, Stopped, Wander
 from pilotage_schemas.geometry import Pose2, Twist2

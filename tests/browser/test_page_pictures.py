@@ -3,10 +3,11 @@
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import Page, expect
+
 from browser.conftest import OpenPage
 from browser.live_gateway import LiveGateway
 from browser.show import Show
-from playwright.sync_api import Page, expect
 
 pytestmark = pytest.mark.browser
 

@@ -14,10 +14,14 @@ export function takeToken() {
   return sessionStorage.getItem(KEY);
 }
 
+/** Asks the gateway for JSON. */
+export function ask(address, token) {
+  return fetch(address, { headers: token ? { authorization: `Bearer ${token}` } : {} });
+}
+
 /** Returns the address of the first robot below the API; throws Error with a sentence. */
 export async function findRobot(token) {
-  const headers = token ? { authorization: `Bearer ${token}` } : {};
-  const response = await fetch("/api/v1/robots", { headers });
+  const response = await ask("/api/v1/robots", token);
   if (response.status === 401) {
     throw new Error("This gateway wants a token: open the page with #token=… at the end of its address");
   }

@@ -30,6 +30,15 @@ export class Trail {
     this.points.push({ at: atMs, seen: atMs, pose, isBreak });
   }
 
+  /** Takes the gateway's memory of the last minute: [[stamp s, x, y, theta], ...] and breaks. */
+  seed({ poses, breaks }) {
+    const isBreak = new Set(breaks);
+    const old = poses.map(([stamp, x, y, theta], i) => {
+      return { at: stamp * 1000, seen: stamp * 1000, pose: { x, y, theta }, isBreak: isBreak.has(i) };
+    });
+    this.points = [...old.filter((point) => !(point.at >= this.points[0]?.at)), ...this.points];
+  }
+
   clear() {
     this.points = [];
   }

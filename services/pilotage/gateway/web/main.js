@@ -3,7 +3,7 @@
 // The canvas draws when something changes; words and numbers four times a second at the most.
 
 import { Actions } from "./actions.js";
-import { findRobot, takeToken, withToken } from "./address.js";
+import { ask, findRobot, takeToken, withToken } from "./address.js";
 import { Aim } from "./aim.js";
 import { updateBanner } from "./banner.js";
 import { Charts } from "./charts.js";
@@ -76,7 +76,7 @@ const actions = new Actions(state, commands, aim);
 const driving = new Driving(state, commands);
 const staleness = new Staleness(state, view, scene);
 const charts = new Charts(series, marks, clock, (at) => showGhost(at));
-new Stop(commands, voices);
+new Stop(commands, voices, popover);
 
 startGestures(live, view, { aim, onMove: tools.moved, onHover: (point) => readout.point(point) });
 startTheme(find("[data-theme-switch]"), () => {
@@ -96,12 +96,11 @@ startSheet((covered) => {
 });
 
 state.on("map", ({ message }) => {
-  const isNew = message.map_id !== scene.walls.grid?.map_id;
+  const before = scene.walls.grid?.map_id;
+  if (before === message.map_id) return;
+  if (before) scene.trail.clear();
   scene.takeMap(message);
-  if (isNew) {
-    view.fit(false);
-    scene.trail.clear();
-  }
+  view.fit(false);
 });
 state.on("belief", ({ message }) => {
   places.update(message.modes, performance.now());
@@ -161,6 +160,11 @@ const stream = new Stream(
   },
 );
 
+async function recallTrail() {
+  const response = await ask(`${robot}/trajectory`, token);
+  if (response.ok && state.isRealTime()) scene.trail.seed(await response.json());
+}
+
 async function start() {
   try {
     robot = await findRobot(token);
@@ -171,6 +175,7 @@ async function start() {
   }
   staleness.waitFor(null);
   stream.open();
+  await recallTrail();
   followEvents(withToken(`${robot}/events`, token), marks, clock);
 }
 

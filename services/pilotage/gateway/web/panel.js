@@ -1,6 +1,6 @@
 // The panel: how sure it is, where, and every place it could be; the map in words.
 
-import { degrees, number, percent, percentsOf, withUnit } from "./format.js";
+import { degrees, number, percent, withUnit } from "./format.js";
 import { element, find, setTerms, setText } from "./elements.js";
 import { certainty, GONE_S, STALE_S } from "./status.js";
 import { ellipseOf } from "./geometry.js";
@@ -30,14 +30,15 @@ export class Panel {
     setText(find("#certainty"), isGone ? "—" : percent(sure.share));
     find(".bar i").style.transform = `scaleX(${isGone ? 0 : sure.share})`;
     const at = estimate?.state === "localized" ? estimate.pose : best?.pose ?? estimate.pose;
-    const place = estimate?.state === "localized" ? pointText(at) : `${best.number} · ${pointText(at)}`;
-    setText(find("#where"), isGone ? "Nothing has come for a while" : `${sure.about} ${place}`);
+    const isLocalized = estimate?.state === "localized";
+    const place = isLocalized ? pointText(at) : `${best.number} · ${pointText(at)}`;
+    const doubt = isLocalized || sure.share < 0.5 ? "" : "; not confirmed yet";
+    setText(find("#where"), isGone ? "Nothing has come for a while" : `${sure.about} ${place}${doubt}`);
   }
 
   showPlaces() {
     const { list, elsewhere, best } = this.places;
     if (list.length === 0) return;
-    const percents = percentsOf([...list.map((place) => place.mass), elsewhere]);
     const numbers = new Set(list.map((place) => place.number));
     find(".skeleton", this.list)?.remove();
     for (const [number_, row] of this.rows) {
@@ -45,11 +46,11 @@ export class Panel {
       row.parentElement.remove();
       this.rows.delete(number_);
     }
-    list.forEach((place, i) => this.showPlace(place, percents[i], place === best, i));
-    setText(find("#elsewhere"), `Elsewhere ${percents.at(-1)}\u202f%`);
+    list.forEach((place, i) => this.showPlace(place, place === best, i));
+    setText(find("#elsewhere"), `Elsewhere ${elsewhere}\u202f%`);
   }
 
-  showPlace(place, whole, isBest, i) {
+  showPlace(place, isBest, i) {
     const row = this.rows.get(place.number) ?? this.addRow(place.number);
     const { x, y, theta } = place.pose;
     const { major } = ellipseOf(place.covariance, 1);
@@ -57,7 +58,7 @@ export class Panel {
     setText(badge, String(place.number));
     setText(words.firstChild, pointText({ x, y }));
     setText(words.lastChild, `σ ${withUnit(major, 2, "m")} · ${degrees(theta)}`);
-    setText(mass, `${whole}\u202f%`);
+    setText(mass, `${place.percent}\u202f%`);
     row.classList.toggle("is-first", isBest);
     const item = row.parentElement;
     if (this.list.children[i] !== item) this.list.insertBefore(item, this.list.children[i]);

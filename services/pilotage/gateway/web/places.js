@@ -3,6 +3,7 @@
 // A mode takes the number of the nearest one before it; by mass they are renumbered only after
 // two quiet seconds, so that a number does not jump about while two places are nearly as likely.
 
+import { percentsOf } from "./format.js";
 import { distance, wrap } from "./geometry.js";
 
 export const MOST = 5;
@@ -14,12 +15,15 @@ const QUIET_MS = 2000;
 export class Places {
   constructor() {
     this.list = [];
-    this.elsewhere = 0;
+    this.elsewhere = 100;
     this.best = null;
     this.changedAt = -Infinity;
   }
 
-  /** Takes the modes of a new belief (by falling mass) at `nowMs`. */
+  /**
+   * Takes the modes of a new belief (by falling mass) at `nowMs`. Each place has its `number` and
+   * its `percent`, whole ones that sum to 100 with `elsewhere`.
+   */
   update(modes, nowMs) {
     const shown = modes.filter((mode, i) => i === 0 || mode.mass >= LEAST_MASS).slice(0, MOST);
     const numbered = this.matched(shown);
@@ -27,9 +31,12 @@ export class Places {
     const numbers = isSettled ? shown.map((_, i) => i + 1) : numbered;
     const next = shown.map((mode, i) => ({ ...mode, number: numbers[i] }));
     if (changed(this.list, next)) this.changedAt = nowMs;
+    const rest = Math.max(0, 1 - shown.reduce((sum, mode) => sum + mode.mass, 0));
+    const percents = percentsOf([...shown.map((mode) => mode.mass), rest]);
+    next.forEach((place, i) => (place.percent = percents[i]));
+    this.elsewhere = percents.at(-1);
     this.best = next[0] ?? null;
     this.list = next.sort((a, b) => a.number - b.number);
-    this.elsewhere = Math.max(0, 1 - shown.reduce((sum, mode) => sum + mode.mass, 0));
   }
 
   /** The number that each mode had, or the lowest free one. */

@@ -17,7 +17,11 @@ export class Popover {
 
   /** Opens at `owner`, or closes when it is open there; `terms()` gives [[term, text], ...]. */
   toggle(owner, terms) {
-    if (this.owner === owner) return this.close();
+    if (this.owner === owner) this.close();
+    else this.show(owner, terms);
+  }
+
+  show(owner, terms) {
     this.owner = owner;
     this.terms = terms;
     this.box.hidden = false;

@@ -52,11 +52,16 @@ export function heartbeatChip(service, beat, age, rateHz) {
   return { kind: "ok", text: rateHz === null ? name : `${name} ${withUnit(rateHz, 1, "Hz")}` };
 }
 
-/** The rate in Hz of a service's fastest stream; null when it sends events only. */
-export function mainRate(health) {
-  const streams = (health?.topics ?? []).filter(
+/** What a service sends steadily, but for its signs of life. */
+export function mainStreams(health) {
+  return (health?.topics ?? []).filter(
     (topic) => topic.direction === "out" && topic.limit !== null && !UNTOLD.has(topic.topic),
   );
+}
+
+/** The rate in Hz of a service's fastest stream; null when it sends events only. */
+export function mainRate(health) {
+  const streams = mainStreams(health);
   if (streams.length === 0) return null;
   return Math.max(...streams.map((topic) => topic.rate_hz));
 }

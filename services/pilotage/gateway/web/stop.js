@@ -8,8 +8,8 @@ const SHOWN_MS = 2000;
 const TYPING = "input, select, textarea, button, summary, a";
 
 export class Stop {
-  constructor(commands, { say, alarm }) {
-    Object.assign(this, { commands, say, alarm });
+  constructor(commands, { say, alarm }, popover) {
+    Object.assign(this, { commands, say, alarm, popover });
     this.button = find("#stop");
     this.word = find("span", this.button);
     this.escapedAt = -Infinity;
@@ -39,6 +39,7 @@ export class Stop {
     } catch (error) {
       this.show("Not stopped", 2 * SHOWN_MS);
       this.alarm(`Not stopped: ${error.message}`);
+      this.popover.show(this.button, () => [["Not stopped", error.message]]);
     }
   }
 

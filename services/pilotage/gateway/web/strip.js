@@ -2,7 +2,7 @@
 
 import { capitalized, number, seconds, timeOfDay, withUnit } from "./format.js";
 import { element, find, setText, shape } from "./elements.js";
-import { heartbeatChip, mainRate, processChip, sourceText, stateChip } from "./status.js";
+import { heartbeatChip, mainRate, mainStreams, processChip, sourceText, stateChip } from "./status.js";
 
 const QUIET_WHEN_WELL = new Set(["router", "gateway", "launcher"]);
 const WORST_FIRST = { fault: 0, warning: 1, none: 2, ok: 3 };
@@ -130,7 +130,7 @@ export class Strip {
     }
     if (!health) return terms;
     terms.push(["CPU", withUnit(health.cpu_percent, 0, "%")], ["Memory", withUnit(health.rss_mb, 0, "MB")]);
-    for (const topic of health.topics.filter((t) => t.direction === "out" && t.limit !== null)) {
+    for (const topic of mainStreams(health)) {
       terms.push([topic.topic, `${withUnit(topic.rate_hz, 1, "Hz")}, limit ${withUnit(topic.limit, 1, "s")}`]);
     }
     terms.push(["Dropped", number(health.dropped, 0)]);

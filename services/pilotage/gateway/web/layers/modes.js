@@ -1,7 +1,6 @@
 // The places it could be: an ellipse at two standard deviations and a pill with number and mass.
 
 import { ellipseOf } from "../geometry.js";
-import { percent } from "../format.js";
 
 const LEAST_RADIUS = 4;
 const PILL = { height: 22, gap: 8, padding: 10 };
@@ -29,7 +28,7 @@ function drawEllipse(context, view, palette, place, isBest, isLit) {
 
 /** Puts the pill above its place, else below, else beside; the lighter one goes if none is free. */
 function drawPill(context, view, palette, place, taken) {
-  const text = `${place.number} · ${percent(place.mass)}`;
+  const text = `${place.number} · ${place.percent}\u202f%`;
   context.font = "600 12px Inter, system-ui, sans-serif";
   const width = Math.ceil(context.measureText(text).width) + 2 * PILL.padding;
   const box = spots(view, place, width).find((spot) => !taken.some((other) => overlap(spot, other)));
