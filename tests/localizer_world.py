@@ -10,9 +10,9 @@ from drawing import draw
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.raycast import cast_scan
-from pilotage.localizer.markov_localizer import MarkovParams, Measurement
+from pilotage.localizer.markov_localizer import MarkovParams
+from pilotage.localizer.measurement import Measurement, scan_measurement
 from pilotage.localizer.pose_grid import PoseGridParams
-from pilotage.localizer.scan_ends import scan_measurement
 
 PLAN = """
     ##############################

@@ -11,13 +11,9 @@ from localizer_world import error
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.raycast import cast_scan
-from pilotage.localizer.markov_localizer import (
-    Estimate,
-    MarkovLocalizer,
-    MarkovParams,
-    Measurement,
-    Ranges,
-)
+from pilotage.localizer.estimate import Estimate
+from pilotage.localizer.markov_localizer import MarkovLocalizer, MarkovParams
+from pilotage.localizer.measurement import Measurement, Ranges
 from pilotage.localizer.modes import find_modes
 from pilotage.localizer.pose_grid import PoseGridParams
 

@@ -24,9 +24,10 @@ from localizer_world import (
 from naive import markov as naive
 from pilotage.core import se2
 from pilotage.localizer.compass_memory import STALE_NS, CompassMemory
-from pilotage.localizer.markov_localizer import Estimate, MarkovLocalizer, Measurement
+from pilotage.localizer.estimate import Estimate
+from pilotage.localizer.markov_localizer import MarkovLocalizer
+from pilotage.localizer.measurement import Measurement, ranges_measurement, scan_measurement
 from pilotage.localizer.messages import MODES, SAMPLES, belief_message, pose_message
-from pilotage.localizer.scan_ends import ranges_measurement, scan_measurement
 
 WORLD = flat()
 NARROW = np.diag([0.01, 0.01, 0.005])
@@ -135,21 +136,27 @@ def test_starting_anywhere_forgets_everything(walk: Walk) -> None:
     states = walk.localizer.grid.grid.admissible_states
     assert walk.localizer.grid.entropy() == pytest.approx(math.log2(states), abs=2e-3)
     assert walk.localizer.estimate.state == "unknown"
-    assert walk.localizer.wants(walk.stamp_ns, walk.odom)
+    assert walk.localizer.wants(walk.stamp_ns, walk.odom, Measurement())
 
 
 def test_a_standing_robot_measures_again_after_a_while_and_a_moving_one_at_once(
     walk: Walk,
 ) -> None:
     localizer, params = walk.localizer, walk.localizer.params
-    assert localizer.wants(0, walk.odom)
+    assert localizer.wants(0, walk.odom, Measurement())
     walk.measure()
     soon = walk.stamp_ns + round(0.5 * params.update_after * SECOND)
-    assert not localizer.wants(soon, walk.odom)
-    assert localizer.wants(walk.stamp_ns + round(params.update_after * SECOND), walk.odom)
-    assert localizer.wants(soon, se2.compose(walk.odom, [1.01 * params.update_way, 0.0, 0.0]))
-    assert localizer.wants(soon, se2.compose(walk.odom, [0.0, 0.0, -1.01 * params.update_turn]))
-    assert localizer.wants(walk.stamp_ns - 1, walk.odom)
+    assert not localizer.wants(soon, walk.odom, Measurement())
+    assert localizer.wants(
+        walk.stamp_ns + round(params.update_after * SECOND), walk.odom, Measurement()
+    )
+    assert localizer.wants(
+        soon, se2.compose(walk.odom, [1.01 * params.update_way, 0.0, 0.0]), Measurement()
+    )
+    assert localizer.wants(
+        soon, se2.compose(walk.odom, [0.0, 0.0, -1.01 * params.update_turn]), Measurement()
+    )
+    assert localizer.wants(walk.stamp_ns - 1, walk.odom, Measurement())
 
 
 def test_between_measurements_the_pose_moves_on_by_odometry(walk: Walk) -> None:

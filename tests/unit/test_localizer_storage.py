@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pilotage.localizer.markov_localizer import Memory
+from pilotage.localizer.estimate import Memory
 from pilotage.localizer.storage import MEMORY_FILE, load_memory, save_memory
 
 MEMORY = Memory(

@@ -9,8 +9,13 @@ from numpy.typing import NDArray
 from pilotage.core.logs import HeadingRecord, Log, OdometryRecord, ScanRecord, SonarRecord
 from pilotage.core.odometry_buffer import OdometryBuffer
 from pilotage.localizer.compass_memory import CompassMemory
-from pilotage.localizer.markov_localizer import Estimate, MarkovLocalizer, Measurement
-from pilotage.localizer.scan_ends import ranges_measurement, scan_measurement
+from pilotage.localizer.estimate import Estimate
+from pilotage.localizer.markov_localizer import MarkovLocalizer
+from pilotage.localizer.measurement import (
+    Measurement,
+    ranges_measurement,
+    scan_measurement,
+)
 
 EXTRAPOLATION_NS = 500_000_000
 """Logs that state odometry rarely: the last motion is taken to go on for so long."""
@@ -95,7 +100,7 @@ def _estimate(
     odom: NDArray[np.float64],
     measurement: Measurement,
 ) -> LogEstimate:
-    updates = localizer.wants(stamp_ns, odom)
+    updates = localizer.wants(stamp_ns, odom, measurement)
     if updates:
         localizer.update(stamp_ns, odom, measurement)
     return LogEstimate(stamp_ns / 1e9, localizer.pose_at(odom), localizer.estimate, updates)

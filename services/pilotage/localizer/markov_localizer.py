@@ -12,8 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
+from pilotage.localizer.estimate import Estimate, Memory
 from pilotage.localizer.likelihood_field import LikelihoodFieldParams, likelihood_field
 from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
+from pilotage.localizer.measurement import Measurement, Ranges
 from pilotage.localizer.modes import Mode, apart, find_modes
 from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
 from pilotage.localizer.range_model import (
@@ -23,7 +25,8 @@ from pilotage.localizer.range_model import (
     range_table,
 )
 from pilotage.localizer.refinement import matched_share, refine, wall_distance
-from pilotage.localizer.verdict import State, Verdict, VerdictParams
+from pilotage.localizer.surprise import ScanFit
+from pilotage.localizer.verdict import Verdict, VerdictParams
 from pilotage.localizer.visibility import VisibilityParams, optimistic_ranges
 
 SAMPLES = 20_000
@@ -35,8 +38,8 @@ REMEMBERED = 5_000
 STANDING = 0.1
 """Novelty of a measurement from the same place: people move, the noise is new."""
 
-SURPRISE = 0.4
-"""A smaller share of beams that fit the map at the expected pose is news."""
+CARRIED_OFF = 1.0
+"""Weight of the floor after a surprise under M2: exactly the paper's P0 (eq. 8)."""
 
 LEAST_ENDS = 8
 """Fewer beams than this cannot tell a pose beyond the cell."""
@@ -77,62 +80,6 @@ class MarkovParams:
     verdict: VerdictParams = field(default_factory=VerdictParams)
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """What is believed: the best mode's pose (3,), covariance (3, 3), and how far to trust it."""
-
-    pose: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    state: State
-    confidence: float
-    modes: list[Mode]
-    matched: float | None
-
-
-@dataclass(frozen=True)
-class Ranges:
-    """Single rangers: `bearings` (n,) in base_link, `ranges` (n,) from its origin, infinite = none.
-
-    `range_max` [m] is the farthest an echo can come from.
-    """
-
-    bearings: NDArray[np.float64]
-    ranges: NDArray[np.float64]
-    range_max: float
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """What the sensors saw at one moment.
-
-    `ends`: (n, 2) ends of the laser beams that weigh the belief, in base_link; `all_ends` (m, 2)
-    of all of them, for refining the pose; `compass`: yaw in map and its standard deviation [rad].
-    """
-
-    ends: NDArray[np.float64] | None = None
-    all_ends: NDArray[np.float64] | None = None
-    ranges: Ranges | None = None
-    compass: tuple[float, float] | None = None
-
-    def with_compass(self, compass: tuple[float, float] | None) -> "Measurement":
-        """Return the same measurement with what the compass said."""
-        return replace(self, compass=compass)
-
-
-@dataclass(frozen=True)
-class Memory:
-    """A belief cut down to its heaviest states: poses (n, 3), weights (n,), and where it stood.
-
-    `odom_from_base` (3,) and `stamp_ns` are of the last measurement.
-    """
-
-    poses: NDArray[np.float64]
-    weights: NDArray[np.float64]
-    odom_from_base: NDArray[np.float64]
-    stamp_ns: int
-    was_localized: bool
-
-
 class MarkovLocalizer:
     """The belief on a map, moved by odometry and weighed by measurements."""
 
@@ -149,6 +96,7 @@ class MarkovLocalizer:
         self._walls = wall_distance(world)
         self._table: RangeTable | None = None
         self._verdict = Verdict(params.verdict)
+        self._fit = ScanFit()
         self._odom_from_base: NDArray[np.float64] | None = None
         self._stamp_ns = 0
         self._judged = False
@@ -191,29 +139,33 @@ class MarkovLocalizer:
         """Odometry counts from a new origin; the belief stays where it is."""
         self._odom_from_base = None
 
-    def wants(self, stamp_ns: int, odom_from_base: NDArray[np.float64]) -> bool:
-        """Say whether a measurement now tells more than the last one did."""
+    def wants(
+        self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
+    ) -> bool:
+        """Say whether a measurement tells more than the last one did: by motion or surprise."""
         if self._odom_from_base is None:
             return True
-        way, turn = apart(odom_from_base, self._odom_from_base)
+        increment = self._increment_to(odom_from_base)
         waited = (stamp_ns - self._stamp_ns) / 1e9
-        moved = way >= self.params.update_way or turn >= self.params.update_turn
-        return moved or waited >= self.params.update_after or waited < 0.0
+        is_due = self._moved(increment) >= 1.0 or not 0.0 <= waited < self.params.update_after
+        return is_due or self._is_surprising(increment, measurement)
 
     def update(
         self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
     ) -> Estimate:
         """Predict up to `odom_from_base` (3,), correct by the measurement, judge the belief."""
         increment = self._increment_to(odom_from_base)
+        surprise = self._is_surprising(increment, measurement)
         self.grid.predict(increment)
-        self._correct(measurement, self._novelty(increment, measurement))
+        self._correct(measurement, self._novelty(increment), surprise=surprise)
         modes = self._modes()
         pose, matched = self._refined(modes, measurement)
         expected = se2.compose(self.estimate.pose, increment) if self._judged else None
-        self._verdict.judge(modes, 1.0 if matched is None else matched, expected)
+        self._verdict.judge(modes, matched, expected, surprise=surprise)
         self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
         self._judged = bool(modes)
         self.estimate = self._estimate(modes, pose, matched)
+        self._note_fit(matched)
         return self.estimate
 
     def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -226,6 +178,7 @@ class MarkovLocalizer:
 
     def _begin(self) -> None:
         self._verdict.reset()
+        self._fit.forget()
         self.restart_odometry()
         self._judged = False
         self.estimate = self._no_estimate()
@@ -248,40 +201,45 @@ class MarkovLocalizer:
         found = find_modes(*self.grid.heaviest(SAMPLES))
         return [replace(mode, covariance=mode.covariance + width) for mode in found]
 
-    def _novelty(self, increment: NDArray[np.float64], measurement: Measurement) -> float:
+    def _is_surprising(self, increment: NDArray[np.float64], measurement: Measurement) -> bool:
+        """Say whether a scan contradicts the pose where odometry puts a localized robot."""
+        ends = measurement.all_ends
+        if self.estimate.state != "localized" or ends is None or len(ends) < LEAST_ENDS:
+            return False
+        expected = se2.compose(self.estimate.pose, increment)
+        return self._fit.is_surprising(matched_share(expected, ends, self._walls))
+
+    def _note_fit(self, matched: float | None) -> None:
+        if self.estimate.state != "localized":
+            self._fit.forget()
+        elif matched is not None:
+            self._fit.learn(matched)
+
+    def _novelty(self, increment: NDArray[np.float64]) -> float:
         """Return how much of a new measurement this is, 0 to 1.
 
         A scan from where the last one was taken says the same again: it may not sharpen the
-        belief. But one that does not fit where the robot should be is news at any place: so a
-        robot that was carried off while standing notices.
+        belief any more.
         """
-        if not self._judged:
-            return 1.0
-        expected, ends = se2.compose(self.estimate.pose, increment), measurement.all_ends
-        is_localized = self.estimate.state == "localized"
-        if (
-            is_localized
-            and ends is not None
-            and matched_share(expected, ends, self._walls) < SURPRISE
-        ):
-            return 1.0
-        return max(self._moved(increment), STANDING)
+        return max(self._moved(increment), STANDING) if self._judged else 1.0
 
     def _moved(self, increment: NDArray[np.float64]) -> float:
         """Return the motion as a share of what makes a new measurement, at most 1."""
         way, turn = apart(increment, np.zeros(3))
         return min(1.0, way / self.params.update_way + turn / self.params.update_turn)
 
-    def _correct(self, measurement: Measurement, novelty: float) -> None:
+    def _correct(self, measurement: Measurement, novelty: float, *, surprise: bool) -> None:
         """Weigh the belief: Bel <- a P(s | l) P(b | l) (Bel + P0), eq. 8, 13 and 15."""
-        self.grid.add_floor(self._recovery_weight, _weakened(measurement.compass, novelty))
+        carried_off = surprise and self._recovery_weight > 0.0
+        weight = CARRIED_OFF if carried_off else self._recovery_weight
+        novelty = 1.0 if surprise else novelty
+        self.grid.add_floor(weight, _weakened(measurement.compass, novelty))
         if measurement.ends is not None and len(measurement.ends):
             self.grid.weigh_scan(measurement.ends, self._field, self.params.tempering * novelty)
             self.grid.settle()
-            weaker = replace(
-                self.params.visibility, penalty=self.params.visibility.penalty * novelty
-            )
-            self.grid.weigh_visibility(measurement.ends, self._sight, weaker)
+            penalty = self.params.visibility.penalty * novelty
+            sight = replace(self.params.visibility, penalty=penalty)
+            self.grid.weigh_visibility(measurement.ends, self._sight, sight)
         if measurement.ranges is not None:
             self._weigh_ranges(measurement.ranges, novelty)
         self.grid.settle()

@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry
-from pilotage.localizer.markov_localizer import Estimate, MarkovLocalizer
+from pilotage.localizer.estimate import Estimate
+from pilotage.localizer.markov_localizer import MarkovLocalizer
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.localization import Belief, Marginal, Mode, PoseEstimate
 

@@ -15,7 +15,7 @@ from pilotage.core.distance_field import distance_to_walls
 from pilotage.core.grid import GridGeometry, OccupancyMap
 
 ITERATIONS = 8
-NEAR = 0.3
+NEAR = 0.2
 """Ends within this distance [m] of a wall count as matched."""
 
 REACH = 0.25

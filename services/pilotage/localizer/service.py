@@ -11,9 +11,13 @@ from pilotage.core.odometry_buffer import OdometryBuffer
 from pilotage.localizer import storage
 from pilotage.localizer.compass_memory import CompassMemory
 from pilotage.localizer.config import LocalizerSettings
-from pilotage.localizer.markov_localizer import MarkovLocalizer, Measurement
+from pilotage.localizer.markov_localizer import MarkovLocalizer
+from pilotage.localizer.measurement import (
+    Measurement,
+    ranges_measurement,
+    scan_measurement,
+)
 from pilotage.localizer.messages import belief_message, pose_message
-from pilotage.localizer.scan_ends import ranges_measurement, scan_measurement
 from pilotage_schemas.commands import Done, Nothing, SetAlgorithm, SetPose
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.mapping import OccupancyGrid
@@ -145,7 +149,7 @@ class LocalizerService:
         if odom is None:
             self._waiting = (stamp_ns, measurement)
             return
-        if localizer.wants(stamp_ns, odom):
+        if localizer.wants(stamp_ns, odom, measurement):
             compass = self._compass.at(stamp_ns, float(odom[2]))
             localizer.update(stamp_ns, odom, measurement.with_compass(compass))
             self._send_belief(stamp_ns)

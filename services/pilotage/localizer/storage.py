@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pilotage.localizer.markov_localizer import Memory
+from pilotage.localizer.estimate import Memory
 
 MEMORY_FILE = "localizer.memory"
 

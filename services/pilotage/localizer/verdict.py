@@ -61,22 +61,37 @@ class Verdict:
         self._agreeing = self.params.earned_by - 1 if was_localized else 0
 
     def judge(
-        self, modes: list[Mode], matched: float, expected: NDArray[np.float64] | None
+        self,
+        modes: list[Mode],
+        matched: float | None,
+        expected: NDArray[np.float64] | None,
+        *,
+        surprise: bool = False,
     ) -> State:
         """Return the state after a measurement.
 
         Args:
             modes: by falling mass; empty when every state is excluded.
-            matched: share of the scan's beams that agree with the map at the best mode.
+            matched: share of the scan's beams that agree with the map at the best mode; None
+                where there are no beams to tell by.
             expected: (3,) the last best pose moved on by odometry, or None.
+            surprise: the scan contradicts the expected pose.
         """
         best = modes[0].mass if modes else 0.0
+        fit = 1.0 if matched is None else matched
         steady = bool(modes) and expected is not None and not self._jumped(modes[0], expected)
-        self._agreeing = self._agreeing + 1 if steady and self._is_good(best, matched) else 0
-        self.confidence = best * min(1.0, matched / self.params.enter_matched)
+        agrees = steady and not surprise and self._is_good(best, fit)
+        self._agreeing = self._agreeing + 1 if agrees else 0
         self.state = self._state(modes)
+        self.confidence = best * min(1.0, fit / self.params.enter_matched) * self._earned()
         self._was_localized |= self.state == "localized"
         return self.state
+
+    def _earned(self) -> float:
+        """Return how far the present place has been confirmed, 1 when localized."""
+        if self.state == "localized":
+            return 1.0
+        return (self._agreeing + 1) / (self.params.earned_by + 1)
 
     def _jumped(self, best: Mode, expected: NDArray[np.float64]) -> bool:
         distance, turn = apart(best.pose, expected)

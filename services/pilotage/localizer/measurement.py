@@ -1,11 +1,42 @@
-"""Beams as points in base_link: where they end."""
+"""What the sensors saw, in base_link, ready to weigh a belief."""
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.core.scans import scan_points
-from pilotage.localizer.markov_localizer import Measurement, Ranges
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Single rangers: `bearings` (n,) in base_link, `ranges` (n,) from its origin, infinite = none.
+
+    `range_max` [m] is the farthest an echo can come from.
+    """
+
+    bearings: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+    range_max: float
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What the sensors saw at one moment.
+
+    `ends`: (n, 2) ends of the laser beams that weigh the belief, in base_link; `all_ends` (m, 2)
+    of all of them, for refining the pose; `compass`: yaw in map and its standard deviation [rad].
+    """
+
+    ends: NDArray[np.float64] | None = None
+    all_ends: NDArray[np.float64] | None = None
+    ranges: Ranges | None = None
+    compass: tuple[float, float] | None = None
+
+    def with_compass(self, compass: tuple[float, float] | None) -> "Measurement":
+        """Return the same measurement with what the compass said."""
+        return replace(self, compass=compass)
 
 
 def scan_measurement(
