@@ -1,16 +1,27 @@
 """A real browser before the real gateway; skipped, saying so, where there is no Chromium."""
 
+import contextlib
 import os
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, Request, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    Page,
+    Request,
+    expect,
+    sync_playwright,
+)
 
 from browser.live_gateway import LiveGateway
-from browser.show import Show
+from browser.looks import wait_for_commands, wait_for_places
+from browser.show import Script, Show
 
 DESKTOP = {"width": 1440, "height": 900}
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -19,6 +30,9 @@ EXPECTED = ("ERR_CONNECTION_REFUSED", "ERR_EMPTY_RESPONSE", "status of 409", "st
 """What browsers log of connections that are cut and commands that are refused on purpose."""
 
 OpenPage = Callable[..., Page]
+Picture = Callable[[Page, str], None]
+
+expect.set_options(timeout=10_000)
 
 
 @pytest.fixture(scope="session")
@@ -49,7 +63,47 @@ def show(gateway: LiveGateway) -> Iterator[Show]:
 @pytest.fixture
 def open_page(browser: Browser, gateway: LiveGateway) -> Iterator[OpenPage]:
     """Open the page in a fresh profile; it must neither load from elsewhere nor fail."""
-    contexts, troubles = [], []
+    with watched_pages(browser, gateway) as opened:
+        yield opened
+
+
+@dataclass
+class Desk:
+    """A page and the show behind it, shared by the tests of one module."""
+
+    page: Page
+    show: Show
+
+
+@pytest.fixture(scope="module")
+def shared_desk(browser: Browser) -> Iterator[Desk]:
+    """One gateway, show and page for many tests: starting them takes longer than most tests."""
+    with (
+        LiveGateway() as gateway,
+        Show(gateway) as show,
+        watched_pages(browser, gateway) as opened,
+    ):
+        yield Desk(opened(), show)
+
+
+@pytest.fixture
+def desk(shared_desk: Desk) -> Desk:
+    """The shared page as if it were opened for the first time, the first picture standing."""
+    shared_desk.show.script = Script()
+    shared_desk.show.refusal = ""
+    shared_desk.page.evaluate("localStorage.clear()")
+    shared_desk.page.reload()
+    wait_for_places(shared_desk.page)
+    wait_for_commands(shared_desk.page)
+    shared_desk.show.asked.clear()
+    return shared_desk
+
+
+@contextlib.contextmanager
+def watched_pages(browser: Browser, gateway: LiveGateway) -> Iterator[OpenPage]:
+    """Yield what opens pages; at the end none may have failed or asked anyone else."""
+    contexts: list[BrowserContext] = []
+    troubles: list[str] = []
 
     def watch_request(request: Request) -> None:
         if not request.url.startswith((gateway.url, gateway.url.replace("http", "ws"))):
@@ -60,8 +114,9 @@ def open_page(browser: Browser, gateway: LiveGateway) -> Iterator[OpenPage]:
         if message.type in ("error", "warning") and not is_expected:
             troubles.append(f"console: {message.text}")
 
-    def opened(**options: Any) -> Page:
-        context = browser.new_context(**({"viewport": DESKTOP, "color_scheme": "dark"} | options))
+    def opened(**options: object) -> Page:
+        wanted: dict[str, Any] = {"viewport": DESKTOP, "color_scheme": "dark"} | options
+        context = browser.new_context(**wanted)
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(10_000)
@@ -88,9 +143,13 @@ def modules(browser: Browser) -> Iterator[Page]:
 
 
 @pytest.fixture(scope="session")
-def pictures(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder for screenshots: PILOTAGE_SCREENSHOTS or a temporary one."""
+def picture(tmp_path_factory: pytest.TempPathFactory) -> Picture:
+    """Take a screenshot into PILOTAGE_SCREENSHOTS, or into a temporary folder."""
     wanted = os.environ.get("PILOTAGE_SCREENSHOTS")
     folder = Path(wanted) if wanted else tmp_path_factory.mktemp("screenshots")
     folder.mkdir(parents=True, exist_ok=True)
-    return folder
+
+    def take(page: Page, name: str) -> None:
+        page.screenshot(path=folder / f"{name}.png")
+
+    return take

@@ -2,6 +2,7 @@
 
 import math
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -15,6 +16,7 @@ from pilotage_schemas.geometry import Pose2, Twist2
 from pilotage_schemas.health import Deployment, Health, Heartbeat, Process, TopicHealth
 from pilotage_schemas.localization import Belief, Marginal, Mode, PoseEstimate
 from pilotage_schemas.mapping import OccupancyGrid
+from pilotage_schemas.message import Message, Part
 from pilotage_schemas.sensors import (
     GroundTruth,
     LaserScan,
@@ -24,6 +26,7 @@ from pilotage_schemas.sensors import (
 )
 
 CELL = 0.05
+MAP_ID = "5f3c0a9be2d41c77"
 WIDTH, HEIGHT = 26.0, 13.0
 PERIOD_S = 0.1
 COMMANDS = ("forward", "backward", "turn", "velocity", "stop", "wander", "kidnap")
@@ -54,7 +57,7 @@ class Show:
     def __init__(self, gateway: LiveGateway, script: Script | None = None) -> None:
         self.gateway = gateway
         self.script = script or Script()
-        self.asked: list[tuple[str, Any]] = []
+        self.asked: list[tuple[str, Part]] = []
         self.refusal = ""
         self._ended = threading.Event()
         self._ticks = 0
@@ -69,9 +72,9 @@ class Show:
         self._ended.set()
         self._thread.join(10.0)
 
-    def change(self, **changes: Any) -> None:
+    def change(self, **changes: object) -> None:
         """Let the show go on differently."""
-        self.script = replace(self.script, **changes)
+        self.script = replace(self.script, **changes)  # type: ignore[arg-type]  # names are the fields
 
     def _run(self) -> None:
         while not self._ended.is_set():
@@ -99,7 +102,7 @@ class Show:
             self._tell("robot", "ground_truth", truth(now, pose))
         self._ticks += 1
 
-    def _tell(self, service: str, topic: str, message: Any) -> None:
+    def _tell(self, service: str, topic: str, message: Message) -> None:
         if service not in self.script.silent and topic not in self.script.silent:
             self.gateway.publish(service, topic, message)
 
@@ -124,8 +127,8 @@ class Show:
         self.gateway.answer("localizer", "relocalize", self._answer("relocalize", Done()))
         self.gateway.answer("localizer", "set_pose", self._set_pose)
 
-    def _answer(self, name: str, reply: Any) -> Any:
-        def answer(request: Any) -> Any:
+    def _answer(self, name: str, reply: Part) -> Callable[[Part], Part]:
+        def answer(request: Part) -> Part:
             self.asked.append((name, request))
             return reply
 
@@ -162,8 +165,15 @@ def building(now: int) -> OccupancyGrid:
     for x, y in ((1.2, 11.0), (14.0, 11.5), (22.5, 10.0), (2.0, 1.0), (19.0, 1.5)):
         fill(x, y, 1.3, 0.9, 100)
     origin = Pose2(x=-1.0, y=-1.0, theta=0.0)
-    fields = {"map_id": "5f3c0a9be2d41c77", "name": "building", "resolution": CELL}
-    return OccupancyGrid(stamp_ns=now, frame_id="map", origin=origin, cells=cells, **fields)
+    return OccupancyGrid(
+        stamp_ns=now,
+        frame_id="map",
+        map_id=MAP_ID,
+        name="building",
+        resolution=CELL,
+        origin=origin,
+        cells=cells,
+    )
 
 
 def belief(now: int, places: tuple[tuple[float, float, float, float], ...]) -> Belief:
@@ -186,7 +196,7 @@ def belief(now: int, places: tuple[tuple[float, float, float, float], ...]) -> B
     return Belief(
         stamp_ns=now,
         frame_id="map",
-        map_id="5f3c0a9be2d41c77",
+        map_id=MAP_ID,
         method="markov",
         samples=np.array([[px, py, t, w] for w, px, py, t in places], np.float32),
         entropy=3.4 + 6.0 * rest,
@@ -257,7 +267,7 @@ def description(now: int, script: Script) -> RobotDescription:
 
 def status(now: int, script: Script) -> RobotStatus:
     """Return what the robot does."""
-    fields = {"source": script.source, "mode": script.mode, "reason": ""}
+    fields: dict[str, object] = {"source": script.source, "mode": script.mode, "reason": ""}
     fields |= {"progress": 0.42} if script.source == "replay" else {}
     return RobotStatus.model_validate({"stamp_ns": now, "frame_id": ""} | fields)
 
@@ -265,8 +275,9 @@ def status(now: int, script: Script) -> RobotStatus:
 def deployment(now: int, script: Script) -> Deployment:
     """Return all processes well, but for what the script says of the localizer."""
 
-    def process(name: str, **changes: Any) -> Process:
-        fields = {"name": name, "state": "ready", "pid": 4711, "since_ns": now, "late_for": None}
+    def process(name: str, **changes: object) -> Process:
+        fields: dict[str, object] = {"name": name, "state": "ready", "pid": 4711}
+        fields |= {"since_ns": now, "late_for": None}
         fields |= {"limit": 1.0, "restarts": 0, "try_number": 0, "max_tries": 5, "reason": ""}
         return Process.model_validate(fields | changes)
 
@@ -282,7 +293,8 @@ def health(now: int, service: str) -> Health:
     topics: tuple[TopicHealth, ...] = ()
     if stream is not None:
         name, rate = stream
-        fields = {"topic": name, "direction": "out", "count": 100, "rate_hz": rate}
+        fields: dict[str, object] = {"topic": name, "direction": "out", "count": 100}
+        fields |= {"rate_hz": rate}
         fields |= {"dropped": 0, "age": 0.05, "limit": 1.0}
         topics = (TopicHealth.model_validate(fields),)
     return Health(

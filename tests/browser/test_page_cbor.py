@@ -14,7 +14,7 @@ from pilotage_schemas.codec import TAG_OF_DTYPE, encode
 pytestmark = pytest.mark.browser
 
 
-def read(page: Page, payload: bytes, expression: str = "value") -> Any:
+def read(page: Page, payload: bytes, expression: str = "value") -> Any:  # noqa: ANN401
     """Return an expression of the `value` that the page's decoder makes of `payload`."""
     body = f"""async (text) => {{
       const {{ decode }} = await import("/static/cbor.js");

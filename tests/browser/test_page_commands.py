@@ -3,17 +3,17 @@
 import math
 
 import pytest
-from browser.conftest import OpenPage
-from browser.looks import wait_for_commands, wait_for_places
-from browser.show import Show
 from playwright.sync_api import Page, expect
 
+from browser.conftest import Desk, Picture
+from browser.show import Show
 from pilotage_schemas.commands import Drive, SetPose, Turn, Velocity, Wander
+from pilotage_schemas.message import Part
 
 pytestmark = pytest.mark.browser
 
 
-def asked(page: Page, show: Show, count: int = 1) -> list[tuple[str, object]]:
+def asked(page: Page, show: Show, count: int = 1) -> list[tuple[str, Part]]:
     """Return what the services were asked, once it is `count` questions."""
     while len(show.asked) < count:
         page.wait_for_timeout(20)
@@ -21,10 +21,13 @@ def asked(page: Page, show: Show, count: int = 1) -> list[tuple[str, object]]:
 
 
 @pytest.fixture
-def page(show: Show, open_page: OpenPage) -> Page:
-    opened = open_page()
-    wait_for_commands(opened)
-    return opened
+def page(desk: Desk) -> Page:
+    return desk.page
+
+
+@pytest.fixture
+def show(desk: Desk) -> Show:
+    return desk.show
 
 
 def test_a_click_is_one_step(page: Page, show: Show) -> None:
@@ -45,7 +48,6 @@ def test_a_held_button_drives_until_it_is_let_go(page: Page, show: Show) -> None
     asked(page, show, 3)
     page.mouse.up()
     expect(page.locator("[data-drive=left]")).not_to_have_class("is-held")
-    page.wait_for_function("() => true")
     while not is_still(show.asked[-1][1]):
         page.wait_for_timeout(20)
     assert {name for name, _ in show.asked} == {"velocity"}
@@ -54,7 +56,7 @@ def test_a_held_button_drives_until_it_is_let_go(page: Page, show: Show) -> None
     assert first.twist.omega > 0.0
 
 
-def is_still(request: object) -> bool:
+def is_still(request: Part) -> bool:
     return isinstance(request, Velocity) and request.twist.omega == request.twist.vx == 0.0
 
 
@@ -90,8 +92,7 @@ def test_kidnap_and_forget_say_what_was_done(page: Page, show: Show) -> None:
     assert [name for name, _ in show.asked] == ["kidnap", "relocalize"]
 
 
-def test_a_pose_is_pressed_dragged_and_confirmed(page: Page, show: Show) -> None:
-    wait_for_places(page)
+def test_a_pose_is_pressed_dragged_and_confirmed(page: Page, show: Show, picture: Picture) -> None:
     page.locator("[data-action=set_pose]").click()
     box = page.locator("#live").bounding_box()
     assert box is not None
@@ -102,6 +103,7 @@ def test_a_pose_is_pressed_dragged_and_confirmed(page: Page, show: Show) -> None
     page.mouse.up()
     expect(page.locator("#aim")).to_contain_text("looking 90°?")
     assert show.asked == []
+    picture(page, "aim")
     page.locator("[data-confirm]").click()
     expect(page.locator("#aim")).to_be_hidden()
     ((_, request),) = asked(page, show)
@@ -133,7 +135,6 @@ def test_layers_are_switched_by_key_and_remembered(page: Page) -> None:
 
 
 def test_panning_lets_go_of_the_robot_and_says_so(page: Page) -> None:
-    wait_for_places(page)
     follow = page.locator("[data-tool=follow]")
     expect(follow).to_have_attribute("aria-pressed", "true")
     page.mouse.move(500, 400)
@@ -146,7 +147,6 @@ def test_panning_lets_go_of_the_robot_and_says_so(page: Page) -> None:
 
 
 def test_the_pointer_reads_place_cell_and_mass(page: Page) -> None:
-    wait_for_places(page)
     page.mouse.move(500, 400)
     expect(page.locator("#readout")).to_contain_text("cell")
     expect(page.locator("#readout")).to_contain_text("mass")

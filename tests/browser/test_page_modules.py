@@ -10,7 +10,7 @@ pytestmark = pytest.mark.browser
 MODES = "const mode = (mass, x, theta = 0) => ({ mass, pose: { x, y: 0, theta } });"
 
 
-def run(page: Page, module: str, body: str) -> Any:
+def run(page: Page, module: str, body: str) -> Any:  # noqa: ANN401 - what JavaScript returns
     """Return what `body` returns; `m` is the module."""
     return page.evaluate(f"import('/static/{module}').then((m) => {{ {body} }})")
 
@@ -192,7 +192,8 @@ def test_a_thin_wall_is_seen_from_afar(modules: Page) -> None:
         const walls = new m.Walls();
         const palette = { free: "rgb(1,1,1)", occupied: "rgb(2,2,2)" };
         const origin = { x: 0, y: 0, theta: 0 };
-        walls.take({ cells: { shape: [256, 256], data: cells }, resolution: 0.05, origin }, palette);
+        const shaped = { shape: [256, 256], data: cells };
+        walls.take({ cells: shaped, resolution: 0.05, origin }, palette);
         return walls.levels.map((l) => l.kinds.filter((kind) => kind === 2).length / l.rows);""",
     )
     assert kinds == [1, 1, 1]

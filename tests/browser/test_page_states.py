@@ -1,18 +1,21 @@
-"""Empty, live, old, lost and found again: the page says which, and never looks fresher than it is."""
+"""Empty, live, old, lost, found again: the page says which and never looks fresher than it is."""
 
 import pytest
-from browser.conftest import OpenPage
+from playwright.sync_api import expect
+
+from browser.conftest import OpenPage, Picture
 from browser.live_gateway import LiveGateway
 from browser.looks import painted, wait_for_places
 from browser.show import Show
-from playwright.sync_api import expect
 
 pytestmark = pytest.mark.browser
 
 DOWN = (("state", "down"), ("try_number", 2), ("reason", "killed by signal 9"))
 
 
-def test_without_data_the_page_names_what_it_waits_for(open_page: OpenPage) -> None:
+def test_without_data_the_page_names_what_it_waits_for(
+    open_page: OpenPage, picture: Picture
+) -> None:
     page = open_page()
     expect(page.locator("[data-chip=state]")).to_have_text("No data")
     expect(page.locator("#waiting")).to_have_text("Waiting for the map from mapper")
@@ -22,9 +25,11 @@ def test_without_data_the_page_names_what_it_waits_for(open_page: OpenPage) -> N
     for button in page.locator("[data-action]").all():
         expect(button).to_be_disabled()
         assert button.locator("+ p").inner_text() != ""
+    picture(page, "empty")
 
 
-def test_the_first_picture_has_everything(show: Show, open_page: OpenPage) -> None:
+@pytest.mark.usefixtures("show")
+def test_the_first_picture_has_everything(open_page: OpenPage) -> None:
     page = open_page()
     wait_for_places(page)
     expect(page.locator("#source")).to_have_text("demo")
@@ -38,13 +43,15 @@ def test_the_first_picture_has_everything(show: Show, open_page: OpenPage) -> No
 
 
 def test_localized_the_number_is_the_calibrated_confidence(
-    show: Show, open_page: OpenPage
+    show: Show, open_page: OpenPage, picture: Picture
 ) -> None:
     show.change(state="localized", confidence=0.93, places=((0.98, 15.5, 6.5, 0.0),))
     page = open_page()
     expect(page.locator("[data-chip=state]")).to_have_text("Localized")
     expect(page.locator("#certainty")).to_have_text("93\u202f%")
     expect(page.locator("#where")).to_contain_text("inside 0.5\u202fm and 15°")
+    page.keyboard.press("4")
+    picture(page, "localized")
 
 
 def test_an_old_pose_looks_old_and_then_is_no_number_any_more(
@@ -64,7 +71,7 @@ def test_an_old_pose_looks_old_and_then_is_no_number_any_more(
 
 
 def test_a_service_that_is_down_is_named_with_what_it_means(
-    show: Show, open_page: OpenPage
+    show: Show, open_page: OpenPage, picture: Picture
 ) -> None:
     page = open_page()
     wait_for_places(page)
@@ -78,12 +85,15 @@ def test_a_service_that_is_down_is_named_with_what_it_means(
     )
     expect(page.locator("#alarm")).to_have_text("Localizer down, restarting, try 2 of 5")
     expect(page.locator("[data-action=set_pose] + p")).to_have_text("The localizer is down")
+    expect(page.locator("#age")).to_be_visible()
+    picture(page, "stale")
     show.change(silent=frozenset(), localizer=())
     expect(page.locator("#banner")).to_be_hidden()
 
 
+@pytest.mark.usefixtures("show")
 def test_a_lost_gateway_greys_the_map_and_comes_back_by_itself(
-    show: Show, gateway: LiveGateway, open_page: OpenPage
+    gateway: LiveGateway, open_page: OpenPage, picture: Picture
 ) -> None:
     page = open_page()
     wait_for_places(page)
@@ -94,6 +104,7 @@ def test_a_lost_gateway_greys_the_map_and_comes_back_by_itself(
     expect(page.locator("[data-chip=link]")).to_have_text("No contact")
     expect(page.locator("[data-action=wander]")).to_be_disabled()
     expect(page.locator("#stop")).to_be_enabled()
+    picture(page, "lost")
     page.locator("#stop").click()
     expect(page.locator("#popover")).to_contain_text("The gateway cannot be reached")
     gateway.plug()
@@ -102,9 +113,8 @@ def test_a_lost_gateway_greys_the_map_and_comes_back_by_itself(
     expect(page.locator("#certainty")).to_have_text("58\u202f%")
 
 
-def test_a_lost_bus_is_told_from_a_lost_gateway(
-    show: Show, gateway: LiveGateway, open_page: OpenPage
-) -> None:
+@pytest.mark.usefixtures("show")
+def test_a_lost_bus_is_told_from_a_lost_gateway(gateway: LiveGateway, open_page: OpenPage) -> None:
     page = open_page()
     wait_for_places(page)
     gateway.fabric.connected = False
@@ -127,7 +137,8 @@ def test_a_replayed_run_shows_its_progress_and_cannot_be_driven(
     expect(kidnap).to_have_text("Only a simulated robot can be carried away")
 
 
-def test_a_chip_tells_more_when_pressed(show: Show, open_page: OpenPage) -> None:
+@pytest.mark.usefixtures("show")
+def test_a_chip_tells_more_when_pressed(open_page: OpenPage) -> None:
     page = open_page()
     wait_for_places(page)
     page.locator("[data-chip=localizer]").click()
