@@ -12,10 +12,10 @@ Seconds = Annotated[float, Field(gt=0.0, le=600.0, allow_inf_nan=False)]
 class LauncherSettings(Settings):
     """How patient the launcher is; nobody needs to set anything.
 
-    `start_limit` [s]: time to the first heartbeat; a cold cache compiles for up to 30 s on two
-    busy cores. `hang_grace` [s]: what a late service gets before it is ended, twice its limit;
-    on a loaded machine (8 busy loops on 2 cores) beats were up to 0.7 s late. `stop_within` [s]:
-    time for all to end by themselves. `keep_runs`: run folders that are kept.
+    `start_limit` [s]: time to the first heartbeat; with a cold cache kernels are compiled first.
+    `hang_grace` [s]: what a late service gets before it is ended, twice its limit; with ten busy
+    processes on two cores a service that computed was up to 0.2 s late. `stop_within` [s]: time
+    for all to end by themselves. `keep_runs`: run folders that are kept.
     """
 
     start_limit: Seconds = 60.0

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class RestartPolicy:
-    """Back-off between restarts; the values are dora's and systemd's habits, measured here.
+    """Back-off between restarts, and its end.
 
     Waits `first_delay` s after a failure and twice as long after each further one, at most
     `longest_delay` s; gives up at `max_failures` failures within `window` s. A process that ran
