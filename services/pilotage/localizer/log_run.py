@@ -43,7 +43,10 @@ class LogSensors:
 
 
 def localize_log(log: Log, localizer: MarkovLocalizer, use: LogSensors) -> Iterator[LogEstimate]:
-    """Yield an estimate for each scan (or sonar round) of the log that odometry can place."""
+    """Yield an estimate for each scan (or sonar round) of the log.
+
+    A scan that odometry cannot place, as those before its first record, changes nothing.
+    """
     odometry, compass = OdometryBuffer(), CompassMemory()
     for record in _odometry_first(log):
         stamp_ns = round(record.stamp * 1e9)
@@ -56,7 +59,10 @@ def localize_log(log: Log, localizer: MarkovLocalizer, use: LogSensors) -> Itera
                     compass.keep(stamp_ns, (record.yaw, record.sigma), float(odom[2]))
             case ScanRecord() | SonarRecord() if _is_used(record, use):
                 odom = _odom_pose(record, odometry)
-                if odom is not None:
+                if odom is None:
+                    now = localizer.estimate
+                    yield LogEstimate(record.stamp, now.pose, now, updated=False)
+                else:
                     word = compass.at(stamp_ns, float(odom[2]))
                     measurement = _measurement(record, localizer).with_compass(word)
                     yield _estimate(localizer, stamp_ns, odom, measurement)
