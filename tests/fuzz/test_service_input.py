@@ -29,6 +29,7 @@ from strategies import parts
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 Build = Callable[[Node], object]
+EXAMPLES = {"localizer": 80, "robot": 20}
 
 
 def localizer(node: Node) -> object:
@@ -122,7 +123,7 @@ def messages(draw: st.DrawFn, names: list[str]) -> tuple[str, Message]:
 
 @pytest.mark.parametrize("name", [name for name in SERVICES if heard_by(name)])
 def test_no_valid_message_stops_a_service(name: str) -> None:
-    @settings(max_examples=80, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=EXAMPLES[name], suppress_health_check=list(HealthCheck))
     @given(st.lists(messages(heard_by(name)), max_size=8), st.floats(-1.0, 5.0))
     def attack(sent: list[tuple[str, Message]], seconds: float) -> None:
         bench = Bench(name)
@@ -138,7 +139,7 @@ ANSWERED = [query for query in QUERIES.values() if query.service in SERVICES]
 
 
 @pytest.mark.parametrize("query", ANSWERED, ids=lambda query: query.name)
-@settings(max_examples=30, suppress_health_check=list(HealthCheck))
+@settings(max_examples=15, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_no_valid_question_stops_a_service(query: Query, data: st.DataObject) -> None:
     bench = Bench(query.service)

@@ -229,10 +229,16 @@ def test_a_command_nobody_waits_for_any_more_is_not_carried_out() -> None:
         return Done()
 
     asking = Asking(drive)
-    with pytest.raises(RejectedError, match="waited longer"):
-        asking.ask(DRIVE, waited=2.1)
+    with pytest.raises(RejectedError, match="nobody wants the answer"):
+        asking.ask(DRIVE, waited=1.6)
     assert not done
     assert "too busy" in asking.refusal()
+
+
+def test_a_command_that_waited_a_little_is_carried_out() -> None:
+    asking = Asking(lambda _: Done())
+    asking.ask(DRIVE, waited=1.4)
+    assert asking.replies
 
 
 def test_a_long_reason_is_cut_to_what_a_refusal_may_hold() -> None:

@@ -22,6 +22,10 @@ MAX_SENDERS = 1000
 
 MAX_QUESTIONS = 100
 
+BEGIN_SHARE = 0.75
+"""Share of a query's time limit within which it must be begun, or not at all: the asker's clock
+started earlier, and a command that he has given up must not be carried out behind his back."""
+
 STALE_FLOOR_S = 5.0
 """A sensor sample older than this (and than ten times its topic's limit) is of no use."""
 
@@ -161,9 +165,11 @@ class Desk:
     def handle_next(self, clock: Clock) -> None:
         """Answer the oldest question, unless whoever asked has given up by now."""
         asked = self.inbox.take()
-        if clock.monotonic() - asked.at > self.query.timeout_s:
+        if clock.monotonic() - asked.at > BEGIN_SHARE * self.query.timeout_s:
             asked.question.refuse(refusal("the service was too busy to begin in time"))
-            raise RejectedError(self.query.name, "the question waited longer than its time limit")
+            raise RejectedError(
+                self.query.name, "the question waited until nobody wants the answer"
+            )
         self.answer(asked.question)
 
     def answer(self, question: Question) -> None:
