@@ -229,7 +229,7 @@ def test_a_command_nobody_waits_for_any_more_is_not_carried_out() -> None:
         return Done()
 
     asking = Asking(drive)
-    with pytest.raises(RejectedError, match="nobody wants the answer"):
+    with pytest.raises(RejectedError, match="nobody waits for its answer"):
         asking.ask(DRIVE, waited=1.6)
     assert not done
     assert "too busy" in asking.refusal()

@@ -168,7 +168,7 @@ class Desk:
         if clock.monotonic() - asked.at > BEGIN_SHARE * self.query.timeout_s:
             asked.question.refuse(refusal("the service was too busy to begin in time"))
             raise RejectedError(
-                self.query.name, "the question waited until nobody wants the answer"
+                self.query.name, "the question waited until nobody wants it answered"
             )
         self.answer(asked.question)
 
