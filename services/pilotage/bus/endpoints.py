@@ -167,9 +167,7 @@ class Desk:
         asked = self.inbox.take()
         if clock.monotonic() - asked.at > BEGIN_SHARE * self.query.timeout_s:
             asked.question.refuse(refusal("the service was too busy to begin in time"))
-            raise RejectedError(
-                self.query.name, "the question waited until nobody wants it answered"
-            )
+            raise RejectedError(self.query.name, "nobody waits for its answer any more")
         self.answer(asked.question)
 
     def answer(self, question: Question) -> None:
