@@ -18,10 +18,10 @@ from pilotage_schemas.message import Message, Part
 class LiveGateway:
     """A gateway of robot `demo`; publish to it as any service, `unplug` and `plug` it in again."""
 
-    def __init__(self) -> None:
+    def __init__(self, **settings: object) -> None:
         self.fabric = FakeFabric()
         self.clock = SystemClock()
-        self.settings = GatewaySettings(port=0)
+        self.settings = GatewaySettings.model_validate({"port": 0} | settings)
         self._others: dict[str, Node] = {}
         self._lock = threading.Lock()
 
@@ -42,7 +42,8 @@ class LiveGateway:
         service = GatewayService(self.settings, self._node, Deployment())
         self._opened = listening(self.settings)
         listener = self._opened.__enter__()
-        self.settings = GatewaySettings(port=listener.getsockname()[1])
+        port = listener.getsockname()[1]
+        self.settings = self.settings.model_copy(update={"port": port})
         service.settings = self.settings
 
         def serve() -> None:

@@ -143,6 +143,15 @@ def test_a_middling_window_has_one_chart_at_a_time(page: Page, picture: Picture)
     expect(page.locator(".chart:visible")).to_have_count(3)
 
 
+def test_a_phone_on_its_side_has_map_and_panel(page: Page, picture: Picture) -> None:
+    page.set_viewport_size({"width": 844, "height": 390})
+    expect(page.locator("#charts")).to_be_hidden()
+    assert box(page, "#panel")["width"] == 280
+    assert box(page, "#stage")["height"] == 390 - 48
+    picture(page, "landscape")
+    page.set_viewport_size({"width": 1440, "height": 900})
+
+
 def test_motion_is_reduced_where_that_is_wished(open_page: OpenPage) -> None:
     page = open_page(reduced_motion="reduce")
     durations = page.evaluate(

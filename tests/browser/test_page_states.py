@@ -1,7 +1,7 @@
 """Empty, live, old, lost, found again: the page says which and never looks fresher than it is."""
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Browser, expect
 
 from browser.conftest import OpenPage, Picture
 from browser.live_gateway import LiveGateway
@@ -135,6 +135,21 @@ def test_a_replayed_run_shows_its_progress_and_cannot_be_driven(
     expect(page.locator("#drive-reason")).to_have_text("A recorded run cannot be driven")
     kidnap = page.locator("[data-action=kidnap] + p")
     expect(kidnap).to_have_text("Only a simulated robot can be carried away")
+
+
+def test_a_token_comes_in_the_fragment_and_leaves_the_address(browser: Browser) -> None:
+    token = "-".join(["a", "token", "of", "the", "tests"])
+    with LiveGateway(operator_tokens=[token]) as gateway, Show(gateway):
+        page = browser.new_page()
+        page.goto(gateway.url)
+        expect(page.locator("#waiting")).to_contain_text("This gateway wants a token")
+        page.goto(f"{gateway.url}#token={token}")
+        page.reload()
+        wait_for_places(page)
+        assert page.url == gateway.url
+        page.locator("#stop").click()
+        expect(page.locator("#stop")).to_have_text("Stopped 0.08\u202fs")
+        page.close()
 
 
 @pytest.mark.usefixtures("show")

@@ -30,10 +30,11 @@ export class Panel {
     setText(find("#certainty"), isGone ? "—" : percent(sure.share));
     find(".bar i").style.transform = `scaleX(${isGone ? 0 : sure.share})`;
     const at = estimate?.state === "localized" ? estimate.pose : best?.pose ?? estimate.pose;
-    const isLocalized = estimate?.state === "localized";
-    const place = isLocalized ? pointText(at) : `${best.number} · ${pointText(at)}`;
-    const doubt = isLocalized || sure.share < 0.5 ? "" : "; not confirmed yet";
-    setText(find("#where"), isGone ? "Nothing has come for a while" : `${sure.about} ${place}${doubt}`);
+    const place = {
+      localized: pointText(at),
+      ambiguous: `${best?.number} · ${pointText(at)}`,
+    }[estimate?.state] ?? `${best?.number}, not confirmed yet`;
+    setText(find("#where"), isGone ? "Nothing has come for a while" : `${sure.about} ${place}`);
   }
 
   showPlaces() {

@@ -5,7 +5,7 @@ const UNAVAILABLE = new Set(["down", "given_up", "stopped"]);
 
 /** Returns the reason why command `name` cannot be given, in words, or null. */
 export function obstacle(name, state) {
-  if (state.link !== "open") return "No contact with the gateway";
+  if (state.link !== "open") return "No contact";
   if (state.message("link")?.connected === false) return "The gateway has lost the bus";
   const service = NAMES[name] ?? "robot";
   const process = state.message("deployment")?.processes.find((p) => p.name === service);

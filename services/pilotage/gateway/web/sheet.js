@@ -28,6 +28,8 @@ export function startSheet(onChange) {
   function rearrange() {
     if (phone.matches) panel.append(charts);
     else panel.after(charts);
+    // Swiped charts must be reachable by arrow keys as well.
+    charts.tabIndex = phone.matches ? 0 : -1;
     put(0);
     onChange(phone.matches ? LOW_PX : 0);
   }

@@ -47,7 +47,7 @@ export class Strip {
       return { id: name, ...chip, terms: () => this.serviceTerms(name) };
     });
     return chips
-      .filter((chip) => chip.kind !== "ok" || !QUIET_WHEN_WELL.has(chip.id))
+      .filter((chip) => isTrouble(chip) || !QUIET_WHEN_WELL.has(chip.id))
       .sort((a, b) => WORST_FIRST[a.kind] - WORST_FIRST[b.kind]);
   }
 
@@ -114,7 +114,7 @@ export class Strip {
     if (belief) terms.push(["Uncertainty", withUnit(belief.entropy, 1, "bits")]);
     if (matched !== undefined && matched !== null) terms.push(["Beams that fit", withUnit(matched * 100, 0, "%")]);
     // On a phone only this chip is in view: the others are told of here.
-    for (const [id, button] of this.chips) if (id !== "state") terms.push([capitalized(id), button.textContent]);
+    for (const [id, button] of this.chips) if (id !== "state") terms.push([capitalized(id), told(id, button)]);
     return terms;
   }
 
@@ -149,5 +149,10 @@ export class Strip {
     ];
   }
 }
+
+const isTrouble = ({ kind }) => kind === "fault" || kind === "warning";
+
+/** What a chip says besides its name. */
+const told = (id, button) => button.textContent.replace(capitalized(id), "").trim() || "well";
 
 const ageText = (age) => (age === null ? "—" : withUnit(age, 1, "s"));
