@@ -15,3 +15,13 @@ def kernel(function: Function) -> Function:
     interpreter lock is released, so a kernel never holds up the thread that feeds the bus.
     """
     return cast("Function", numba.njit(cache=True, nogil=True)(function))
+
+
+def reduction(function: Function) -> Function:
+    """Compile a kernel that sums or compares along a row, the order of its terms being free.
+
+    Only so may the compiler take many terms at a time; NaN and the sign of zero are given up
+    (a belief has neither).
+    """
+    relaxed = {"reassoc", "nnan", "nsz"}
+    return cast("Function", numba.njit(cache=True, nogil=True, fastmath=relaxed)(function))

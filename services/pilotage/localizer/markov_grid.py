@@ -40,7 +40,7 @@ class MotionSpread:
     rotation_from_way: float = 0.05
 
 
-LEAST_SHARE = 0.02
+LEAST_SHARE = 0.08
 """Spreading waits until each neighbour would get this share: fewer passes, the same variance."""
 
 MOST_SHARE = 0.25

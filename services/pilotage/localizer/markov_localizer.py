@@ -81,16 +81,21 @@ class MarkovParams:
 
 
 class MarkovLocalizer:
-    """The belief on a map, moved by odometry and weighed by measurements."""
+    """The belief on a map, moved by odometry and weighed by measurements.
 
-    def __init__(self, world: OccupancyMap, params: MarkovParams) -> None:
+    `sight` is the map's table of optimistic ranges, if it is at hand from an earlier run.
+    """
+
+    def __init__(
+        self, world: OccupancyMap, params: MarkovParams, sight: RangeTable | None = None
+    ) -> None:
         self.params = params
         self.world = world
         self._states = pose_grid(world, params.grid)
         self.grid = MarkovGrid(self._states, params.spread)
         step = self._states.heading_step
         self._field = likelihood_field(world, self._states.geometry, step, params.scan)
-        self._sight = optimistic_ranges(
+        self._sight = sight or optimistic_ranges(
             world, self._states.geometry, self._states.headings, params.visibility
         )
         self._walls = wall_distance(world)

@@ -204,10 +204,11 @@ class LocalizerService:
         return True
 
     def _localizer_on(self, grid: OccupancyGrid) -> MarkovLocalizer:
-        params = self._settings.params()
-        localizer = MarkovLocalizer(_world(grid), params)
+        params, world = self._settings.params(), _world(grid)
         if self._folder is None:
-            return localizer
+            return MarkovLocalizer(world, params)
+        sight = storage.kept_sight(self._folder, grid.map_id, params, world)
+        localizer = MarkovLocalizer(world, params, sight)
         memory = storage.load_memory(self._folder, grid.map_id)
         if memory is not None:
             localizer.resume(memory)

@@ -1,7 +1,7 @@
 """What a localizer keeps on disk, so that a crash costs it no more than a second of its memory.
 
-The file is the checksum of an npz archive and then the archive: a file that was damaged, or
-written by half when the power went, is told from a whole one before it is read.
+A file is the checksum of a numpy archive and then the archive: one that was damaged, or written
+by half when the power went, is told from a whole one before it is read.
 """
 
 import hashlib
@@ -10,7 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
+from pilotage.core.grid import OccupancyMap
 from pilotage.localizer.estimate import Memory
+from pilotage.localizer.markov_localizer import MarkovParams
+from pilotage.localizer.pose_grid import pose_grid
+from pilotage.localizer.range_model import RangeTable
+from pilotage.localizer.visibility import optimistic_ranges
 
 MEMORY_FILE = "localizer.memory"
 
@@ -27,19 +32,13 @@ def save_memory(folder: Path, map_id: str, memory: Memory) -> None:
         stamp_ns=np.array(memory.stamp_ns),
         was_localized=np.array(memory.was_localized),
     )
-    temporary = folder / (MEMORY_FILE + ".new")
-    temporary.write_bytes(_checksum(archive.getvalue()) + archive.getvalue())
-    temporary.replace(folder / MEMORY_FILE)
+    _write(folder / MEMORY_FILE, archive.getvalue())
 
 
 def load_memory(folder: Path, map_id: str) -> Memory | None:
     """Return the memory kept for this map, or None if there is none or it is damaged."""
-    try:
-        content = (folder / MEMORY_FILE).read_bytes()
-    except OSError:
-        return None
-    checksum, archive = content[: len(_checksum(b""))], content[len(_checksum(b"")) :]
-    if checksum != _checksum(archive):
+    archive = _read(folder / MEMORY_FILE)
+    if archive is None:
         return None
     with np.load(io.BytesIO(archive), allow_pickle=False) as kept:
         if str(kept["map_id"]) != map_id:
@@ -51,6 +50,42 @@ def load_memory(folder: Path, map_id: str) -> Memory | None:
             stamp_ns=int(kept["stamp_ns"]),
             was_localized=bool(kept["was_localized"]),
         )
+
+
+def kept_sight(folder: Path, map_id: str, params: MarkovParams, world: OccupancyMap) -> RangeTable:
+    """Return the map's table of optimistic ranges, from an earlier start or made now and kept.
+
+    Making it takes longer than everything else that a restart does.
+    """
+    words = f"{map_id} {params.grid} {params.visibility}"
+    file = folder / f"sight-{hashlib.sha256(words.encode()).hexdigest()[:16]}"
+    archive = _read(file)
+    if archive is not None:
+        levels = np.load(io.BytesIO(archive), allow_pickle=False)
+        return RangeTable(levels, params.visibility.reach)
+    states = pose_grid(world, params.grid)
+    table = optimistic_ranges(world, states.geometry, states.headings, params.visibility)
+    made = io.BytesIO()
+    np.save(made, table.levels)
+    _write(file, made.getvalue())
+    return table
+
+
+def _write(file: Path, archive: bytes) -> None:
+    temporary = file.with_name(file.name + ".new")
+    temporary.write_bytes(_checksum(archive) + archive)
+    temporary.replace(file)
+
+
+def _read(file: Path) -> bytes | None:
+    """Return the archive in a file, or None if there is none or it is damaged."""
+    try:
+        content = file.read_bytes()
+    except OSError:
+        return None
+    length = len(_checksum(b""))
+    checksum, archive = content[:length], content[length:]
+    return archive if checksum == _checksum(archive) else None
 
 
 def _checksum(content: bytes) -> bytes:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.core.jit import kernel
+from pilotage.core.jit import kernel, reduction
 from pilotage.localizer.kernels.areas import Admissible
 
 Belief = NDArray[np.float32]
@@ -34,13 +34,13 @@ def sum_runs(belief: Belief, admissible: Admissible) -> Runs:
     return Runs(mass, peak)
 
 
-@kernel
+@reduction
 def _sum_and_peak(run: NDArray[np.float32]) -> tuple[float, np.float32]:
-    mass, peak = 0.0, np.float32(0.0)
+    mass, peak = np.float32(0.0), np.float32(0.0)
     for value in run:
         mass += value
         peak = max(peak, value)
-    return mass, peak
+    return float(mass), peak
 
 
 @kernel
@@ -81,7 +81,7 @@ def sum_logarithms(
     return total
 
 
-@kernel
+@reduction
 def _sum_run_logarithms(run: NDArray[np.float32], bits: NDArray[np.int32]) -> float:
     """Sum b log2 b with log2 from the float's own exponent and mantissa 1 + f.
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.core.jit import kernel
+from pilotage.core.jit import kernel, reduction
 from pilotage.localizer.kernels.areas import Admissible
 
 Belief = NDArray[np.float32]
@@ -213,7 +213,7 @@ def weigh_visibility(
             apply_costs(run, through[:count], likelihood)
 
 
-@kernel
+@reduction
 def _any_above(run: NDArray[np.float32], least: np.float32) -> bool:
     peak = np.float32(0.0)
     for value in run:
