@@ -21,7 +21,7 @@ KINDS: list[type[Part]] = sorted(
 )
 every_kind = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 any_kind = st.sampled_from(KINDS)
-many = settings(max_examples=200)
+many = settings(max_examples=100)
 
 
 def same(one: object, other: object) -> bool:
