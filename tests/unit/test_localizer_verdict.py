@@ -121,6 +121,28 @@ def test_what_began_anew_was_never_lost() -> None:
     assert verdict.judge([mode(0.3)], 0.2, HERE) == "unknown"
 
 
+def test_a_surprising_scan_ends_localized_whatever_the_belief_still_says() -> None:
+    verdict = localized()
+    assert verdict.judge([mode(1.0)], 1.0, HERE, surprise=True) == "lost"
+    assert verdict.confidence < 0.5
+
+
+def test_confidence_grows_as_a_place_is_earned() -> None:
+    verdict = Verdict(PARAMS)
+    said = []
+    for _ in range(4):
+        verdict.judge([mode(0.95)], 0.9, HERE)
+        said.append(verdict.confidence)
+    assert said == sorted(said)
+    assert said[0] < 0.6
+    assert said[-1] == pytest.approx(0.95)
+
+
+def test_where_no_beams_can_tell_the_mass_alone_decides() -> None:
+    verdict = Verdict(PARAMS)
+    assert [verdict.judge([mode(0.95)], None, HERE) for _ in range(3)][-1] == "localized"
+
+
 def test_a_resumed_localized_robot_is_confirmed_by_one_scan() -> None:
     verdict = Verdict(PARAMS)
     verdict.resume(was_localized=True)
