@@ -1,32 +1,41 @@
 """The table of what can be seen through is made once for a map and kept."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from localizer_world import COARSE, flat
 from pilotage.localizer.markov_localizer import MarkovLocalizer
-from pilotage.localizer.storage import kept_sight
+from pilotage.localizer.range_model import RangeTable
+from pilotage.localizer.storage import load_sight, save_sight
+from pilotage.localizer.visibility import VisibilityParams
 
 
-def test_a_kept_table_is_the_one_that_a_localizer_makes_itself(tmp_path: Path) -> None:
-    made = kept_sight(tmp_path, "flat", COARSE, flat())
-    again = kept_sight(tmp_path, "flat", COARSE, flat())
-    assert len(list(tmp_path.iterdir())) == 1
+def kept(folder: Path) -> RangeTable:
+    table = MarkovLocalizer(flat(), COARSE).sight
+    save_sight(folder, "flat", COARSE, table)
+    return table
+
+
+def test_a_kept_table_serves_the_next_start(tmp_path: Path) -> None:
+    made = kept(tmp_path)
+    again = load_sight(tmp_path, "flat", COARSE)
+    assert again is not None
     assert np.array_equal(made.levels, again.levels)
-    own = MarkovLocalizer(flat(), COARSE)._sight
-    assert np.array_equal(own.levels, again.levels)
-    assert own.range_max == again.range_max
+    assert again.range_max == made.range_max
+    assert MarkovLocalizer(flat(), COARSE, again).sight is again
 
 
-def test_another_map_has_another_table(tmp_path: Path) -> None:
-    kept_sight(tmp_path, "flat", COARSE, flat())
-    kept_sight(tmp_path, "flat moved", COARSE, flat((1.0, 0.0, 0.0)))
-    assert len(list(tmp_path.iterdir())) == 2
+def test_another_map_or_other_parameters_have_no_kept_table(tmp_path: Path) -> None:
+    kept(tmp_path)
+    assert load_sight(tmp_path, "another flat", COARSE) is None
+    finer = replace(COARSE, visibility=VisibilityParams(reach=8.0))
+    assert load_sight(tmp_path, "flat", finer) is None
 
 
-def test_a_damaged_table_is_made_anew(tmp_path: Path) -> None:
-    made = kept_sight(tmp_path, "flat", COARSE, flat())
+def test_a_damaged_table_is_none(tmp_path: Path) -> None:
+    kept(tmp_path)
     (file,) = tmp_path.iterdir()
     file.write_bytes(file.read_bytes()[:-7] + b"damaged")
-    assert np.array_equal(kept_sight(tmp_path, "flat", COARSE, flat()).levels, made.levels)
+    assert load_sight(tmp_path, "flat", COARSE) is None

@@ -95,7 +95,7 @@ class MarkovLocalizer:
         self.grid = MarkovGrid(self._states, params.spread)
         step = self._states.heading_step
         self._field = likelihood_field(world, self._states.geometry, step, params.scan)
-        self._sight = sight or optimistic_ranges(
+        self.sight = sight or optimistic_ranges(
             world, self._states.geometry, self._states.headings, params.visibility
         )
         self._walls = wall_distance(world)
@@ -244,7 +244,7 @@ class MarkovLocalizer:
             self.grid.settle()
             penalty = self.params.visibility.penalty * novelty
             sight = replace(self.params.visibility, penalty=penalty)
-            self.grid.weigh_visibility(measurement.ends, self._sight, sight)
+            self.grid.weigh_visibility(measurement.ends, self.sight, sight)
         if measurement.ranges is not None:
             self._weigh_ranges(measurement.ranges, novelty)
         self.grid.settle()

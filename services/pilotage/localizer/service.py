@@ -1,5 +1,7 @@
 """The localizer on the bus: odometry, scans, ranges, compass and a map in; pose and belief out."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -187,14 +189,19 @@ class LocalizerService:
             self._belief.publish(belief_message(self._localizer, self._map_id, stamp_ns))
 
     def _save(self, stamp_ns: int) -> None:
-        if self._folder is None or not self._is_due("memory", stamp_ns, MEMORY_PERIOD_NS):
+        folder = self._folder
+        if folder is None or not self._is_due("memory", stamp_ns, MEMORY_PERIOD_NS):
             return
         memory = self._running().remember()
         if memory is not None:
-            try:
-                storage.save_memory(self._folder, self._map_id, memory)
-            except OSError as error:
-                self._node.warn("memory", f"not kept: {error}")
+            self._keep(lambda: storage.save_memory(folder, self._map_id, memory))
+
+    def _keep(self, save: Callable[[], None]) -> None:
+        """Write to the run folder; a full disk costs the memory, not the localization."""
+        try:
+            save()
+        except OSError as error:
+            self._node.warn("memory", f"not kept: {error}")
 
     def _is_due(self, what: str, stamp_ns: int, period_ns: int) -> bool:
         """Say whether `what` is due, by the stamps of the measurements; and count it as done."""
@@ -204,12 +211,14 @@ class LocalizerService:
         return True
 
     def _localizer_on(self, grid: OccupancyGrid) -> MarkovLocalizer:
-        params, world = self._settings.params(), _world(grid)
-        if self._folder is None:
+        params, world, folder = self._settings.params(), _world(grid), self._folder
+        if folder is None:
             return MarkovLocalizer(world, params)
-        sight = storage.kept_sight(self._folder, grid.map_id, params, world)
+        sight = storage.load_sight(folder, grid.map_id, params)
         localizer = MarkovLocalizer(world, params, sight)
-        memory = storage.load_memory(self._folder, grid.map_id)
+        if sight is None:
+            self._keep(lambda: storage.save_sight(folder, grid.map_id, params, localizer.sight))
+        memory = storage.load_memory(folder, grid.map_id)
         if memory is not None:
             localizer.resume(memory)
         return localizer

@@ -10,12 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pilotage.core.grid import OccupancyMap
 from pilotage.localizer.estimate import Memory
 from pilotage.localizer.markov_localizer import MarkovParams
-from pilotage.localizer.pose_grid import pose_grid
 from pilotage.localizer.range_model import RangeTable
-from pilotage.localizer.visibility import optimistic_ranges
 
 MEMORY_FILE = "localizer.memory"
 
@@ -52,23 +49,25 @@ def load_memory(folder: Path, map_id: str) -> Memory | None:
         )
 
 
-def kept_sight(folder: Path, map_id: str, params: MarkovParams, world: OccupancyMap) -> RangeTable:
-    """Return the map's table of optimistic ranges, from an earlier start or made now and kept.
-
-    Making it takes longer than everything else that a restart does.
-    """
-    words = f"{map_id} {params.grid} {params.visibility}"
-    file = folder / f"sight-{hashlib.sha256(words.encode()).hexdigest()[:16]}"
-    archive = _read(file)
-    if archive is not None:
-        levels = np.load(io.BytesIO(archive), allow_pickle=False)
-        return RangeTable(levels, params.visibility.reach)
-    states = pose_grid(world, params.grid)
-    table = optimistic_ranges(world, states.geometry, states.headings, params.visibility)
+def save_sight(folder: Path, map_id: str, params: MarkovParams, table: RangeTable) -> None:
+    """Keep a map's table of optimistic ranges, which takes a restart longest to make; OSError."""
     made = io.BytesIO()
     np.save(made, table.levels)
-    _write(file, made.getvalue())
-    return table
+    _write(_sight_file(folder, map_id, params), made.getvalue())
+
+
+def load_sight(folder: Path, map_id: str, params: MarkovParams) -> RangeTable | None:
+    """Return the table kept for this map and these parameters, None if there is none."""
+    archive = _read(_sight_file(folder, map_id, params))
+    if archive is None:
+        return None
+    levels = np.load(io.BytesIO(archive), allow_pickle=False)
+    return RangeTable(levels, params.visibility.reach)
+
+
+def _sight_file(folder: Path, map_id: str, params: MarkovParams) -> Path:
+    words = f"{map_id} {params.grid} {params.visibility}"
+    return folder / f"sight-{hashlib.sha256(words.encode()).hexdigest()[:16]}"
 
 
 def _write(file: Path, archive: bytes) -> None:
