@@ -1,5 +1,7 @@
 """Empty, live, old, lost, found again: the page says which and never looks fresher than it is."""
 
+import secrets
+
 import pytest
 from playwright.sync_api import Browser, expect
 
@@ -61,6 +63,7 @@ def test_an_old_pose_looks_old_and_then_is_no_number_any_more(
     wait_for_places(page)
     show.change(silent=frozenset({"localizer"}))
     expect(page.locator("#stage.is-stale")).to_be_attached()
+    expect(page.locator("[data-chip=localizer]")).to_contain_text("Localizer late")
     expect(page.locator("#age")).to_contain_text("s old")
     expect(page.locator("#whereabouts.is-old")).to_be_attached()
     expect(page.locator("#certainty")).to_have_text("—")
@@ -138,7 +141,7 @@ def test_a_replayed_run_shows_its_progress_and_cannot_be_driven(
 
 
 def test_a_token_comes_in_the_fragment_and_leaves_the_address(browser: Browser) -> None:
-    token = "-".join(["a", "token", "of", "the", "tests"])
+    token = secrets.token_hex()
     with LiveGateway(operator_tokens=[token]) as gateway, Show(gateway):
         page = browser.new_page()
         page.goto(gateway.url)

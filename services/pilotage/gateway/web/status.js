@@ -33,7 +33,7 @@ export function processChip(process, rateHz) {
         ? { kind: "fault", text: `${name} restarting, ${tries}` }
         : { kind: "none", text: `${name} starting` };
     case "late":
-      return { kind: "warning", text: `${name} late ${withUnit(process.late_for ?? 0, 1, "s")}` };
+      return lateChip(process.name, process.late_for ?? 0);
     case "down":
       return { kind: "fault", text: `${name} down, restarting, ${tries}` };
     case "given_up":
@@ -42,6 +42,12 @@ export function processChip(process, rateHz) {
       return { kind: "none", text: `${name} stopped` };
   }
 }
+
+/** The chip of a service that is `lateS` s behind with its beats or with what it sends. */
+export const lateChip = (service, lateS) => ({
+  kind: "warning",
+  text: `${capitalized(service)} late ${withUnit(lateS, 1, "s")}`,
+});
 
 /** The chip of a service without a launcher, by the age of its heartbeat in s. */
 export function heartbeatChip(service, beat, age, rateHz) {
@@ -59,12 +65,13 @@ export function mainStreams(health) {
   );
 }
 
-/** The rate in Hz of a service's fastest stream; null when it sends events only. */
-export function mainRate(health) {
-  const streams = mainStreams(health);
-  if (streams.length === 0) return null;
-  return Math.max(...streams.map((topic) => topic.rate_hz));
+/** The fastest of them by its limit; undefined when a service sends events only. */
+export function mainStream(health) {
+  return mainStreams(health).sort((a, b) => a.limit - b.limit || b.rate_hz - a.rate_hz)[0];
 }
+
+/** The rate in Hz of a service's fastest stream, or null. */
+export const mainRate = (health) => mainStream(health)?.rate_hz ?? null;
 
 const MEANING = {
   localizer: "The pose on the map is frozen",

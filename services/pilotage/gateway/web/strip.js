@@ -2,8 +2,9 @@
 
 import { capitalized, number, seconds, timeOfDay, withUnit } from "./format.js";
 import { element, find, setText, shape } from "./elements.js";
-import { heartbeatChip, mainRate, mainStreams, processChip, sourceText, stateChip } from "./status.js";
+import { heartbeatChip, lateChip, mainRate, mainStream, mainStreams, processChip, sourceText, stateChip } from "./status.js";
 
+const HEALTH_LIMIT_S = 3;
 const QUIET_WHEN_WELL = new Set(["router", "gateway", "launcher"]);
 const WORST_FIRST = { fault: 0, warning: 1, none: 2, ok: 3 };
 
@@ -35,15 +36,10 @@ export class Strip {
 
   serviceChips() {
     const { state } = this;
-    const health = state.byService("health");
     const processes = state.message("deployment")?.processes;
     const names = processes ? processes.map((p) => p.name) : [...state.byService("heartbeat").keys()];
     const chips = names.map((name) => {
-      if (state.link !== "open") return { id: name, kind: "none", text: capitalized(name), terms: () => this.serviceTerms(name) };
-      const rate = mainRate(health.get(name)?.message);
-      const chip = processes
-        ? processChip(processes.find((p) => p.name === name), rate)
-        : this.beatChip(name, rate);
+      const chip = this.serviceChip(name, processes?.find((p) => p.name === name));
       return { id: name, ...chip, terms: () => this.serviceTerms(name) };
     });
     return chips
@@ -51,9 +47,26 @@ export class Strip {
       .sort((a, b) => WORST_FIRST[a.kind] - WORST_FIRST[b.kind]);
   }
 
-  beatChip(name, rate) {
-    const beat = this.state.message("heartbeat", name);
-    return heartbeatChip(name, beat, this.state.age("heartbeat", name), rate);
+  /** The chip of a service; `process` is what its launcher tells of it, if there is one. */
+  serviceChip(name, process) {
+    const { state } = this;
+    if (state.link !== "open") return { kind: "none", text: capitalized(name) };
+    const isTold = (state.age("health", name) ?? Infinity) < HEALTH_LIMIT_S;
+    const health = isTold ? state.message("health", name) : undefined;
+    const beat = state.message("heartbeat", name);
+    const chip = process
+      ? processChip(process, mainRate(health))
+      : heartbeatChip(name, beat, state.age("heartbeat", name), mainRate(health));
+    const late = chip.kind === "ok" ? this.lateness(health) : null;
+    return late === null ? chip : lateChip(name, late);
+  }
+
+  /** Age in s of a service's fastest stream if it is past its limit, or null. */
+  lateness(health) {
+    const stream = mainStream(health);
+    const age = stream ? this.state.age(stream.topic) : null;
+    const isOver = this.state.message("status")?.mode === "finished";
+    return age !== null && age > stream.limit && !isOver ? age : null;
   }
 
   linkChip() {

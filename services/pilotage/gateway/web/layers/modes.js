@@ -19,8 +19,13 @@ function drawEllipse(context, view, palette, place, isBest, isLit) {
   context.beginPath();
   const radii = [major, minor].map((half) => Math.max(LEAST_RADIUS, half * view.scale));
   context.ellipse(at.x, at.y, ...radii, view.screenAngle(direction), 0, 2 * Math.PI);
+  const width = isLit ? 4 : isBest ? 2 : 1.5;
+  // On the bright middle of a sharp belief the line would be lost without a casing.
+  context.strokeStyle = palette.free;
+  context.lineWidth = width + 3;
+  context.stroke();
   context.strokeStyle = palette.mode;
-  context.lineWidth = isLit ? 4 : isBest ? 2 : 1.5;
+  context.lineWidth = width;
   context.setLineDash(isBest ? [] : [5, 4]);
   context.stroke();
   context.setLineDash([]);
