@@ -12,6 +12,7 @@ from browser.show import Show
 
 pytestmark = pytest.mark.browser
 
+HERE = (15.5, 6.5, 0.0)
 DOWN = (("state", "down"), ("try_number", 2), ("reason", "killed by signal 9"))
 
 
@@ -47,7 +48,7 @@ def test_the_first_picture_has_everything(open_page: OpenPage) -> None:
 def test_localized_the_number_is_the_calibrated_confidence(
     show: Show, open_page: OpenPage, picture: Picture
 ) -> None:
-    show.change(state="localized", confidence=0.93, places=((0.98, 15.5, 6.5, 0.0),))
+    show.change(state="localized", confidence=0.93, pose=HERE, places=((0.98, *HERE),))
     page = open_page()
     expect(page.locator("[data-chip=state]")).to_have_text("Localized")
     expect(page.locator("#certainty")).to_have_text("93\u202f%")

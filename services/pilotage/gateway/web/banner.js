@@ -19,7 +19,9 @@ function wordsFor(state, nextTryAt) {
   const link = state.message("link");
   if (link?.connected === false) {
     const since = timeOfDay(link.since_ns / 1e6);
-    const text = `The bus is gone since ${since}. Showing the last picture; Stop cannot reach the robot, whose watchdog stops it. The gateway waits for the router.`;
+    const text =
+      `The bus is gone since ${since}. Showing the last picture; Stop cannot reach the robot, ` +
+      "whose watchdog stops it. The gateway waits for the router.";
     return { kind: "fault", text };
   }
   const text = trouble(state.message("deployment")?.processes ?? []);
@@ -31,6 +33,8 @@ function lostContact(state, nextTryAt) {
   const wait = Math.max(0, Math.ceil((nextTryAt - performance.now()) / 1000));
   const again = wait > 0 ? `Trying again in ${wait}\u202fs.` : "Trying again now.";
   const since = timeOfDay(state.contactMs);
-  const text = `No contact since ${since}. Showing the last picture. ${again} Stop cannot reach the robot from here.`;
+  const text =
+    `No contact since ${since}. Showing the last picture. ${again} ` +
+    "Stop cannot reach the robot from here.";
   return { kind: "fault", text };
 }

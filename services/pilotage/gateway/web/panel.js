@@ -88,12 +88,17 @@ export class Panel {
     setTerms(find("#about dl"), [
       ["Pilotage", state.message("hello")?.version ?? "—"],
       ["Robot", description ? `${description.name}, driver ${description.driver}` : "—"],
-      ["Map", map ? `${map.name}, ${number(map.cells.shape[1] * map.resolution, 0)} × ${withUnit(map.cells.shape[0] * map.resolution, 0, "m")}` : "—"],
+      ["Map", map ? `${map.name}, ${sizeText(map)}` : "—"],
       ["Map id", map?.map_id ?? "—"],
       ["Method", belief?.method ?? "—"],
       ["Interface", "/api/v1/robots, /api/v1/openapi.json"],
     ]);
   }
+}
+
+function sizeText({ cells, resolution }) {
+  const [height, width] = cells.shape.map((length) => length * resolution);
+  return `${number(width, 0)} × ${withUnit(height, 0, "m")}`;
 }
 
 /** A point of the map, kept on one line. */

@@ -2,7 +2,16 @@
 
 import { capitalized, number, seconds, timeOfDay, withUnit } from "./format.js";
 import { element, find, setText, shape } from "./elements.js";
-import { heartbeatChip, lateChip, mainRate, mainStream, mainStreams, processChip, sourceText, stateChip } from "./status.js";
+import {
+  heartbeatChip,
+  lateChip,
+  mainRate,
+  mainStream,
+  mainStreams,
+  processChip,
+  sourceText,
+  stateChip,
+} from "./status.js";
 
 const HEALTH_LIMIT_S = 3;
 const QUIET_WHEN_WELL = new Set(["router", "gateway", "launcher"]);
