@@ -18,6 +18,12 @@ Points = NDArray[np.float64]
 
 ALONE = 0.15
 """m by which a range must be shorter than its neighbours to be taken for dust."""
+EDGE = 0.4
+"""rad at both ends of the laser's view in which no way is looked for."""
+ARRIVED = 0.35
+"""m to the aim at which it counts as reached."""
+TURN_FIRST = 0.6
+"""rad to the aim beyond which the robot turns on the spot."""
 SHORTEST = 0.5
 """Length in m below which a way is not worth going."""
 TIGHT = 0.04
@@ -92,8 +98,12 @@ class View:
         distances, angles = np.asarray(ranges, float), np.asarray(bearings, float)
         hit = np.isfinite(distances) & ~_stands_alone(distances)
         rays = distances[hit, None] * np.stack([np.cos(angles[hit]), np.sin(angles[hit])], axis=1)
-        candidates = wrap(np.linspace(angles[0], angles[-1], 73) + float(np.asarray(mount)[2]))
-        return cls(se2.transform_points(mount, rays), candidates)
+        # A strip along the edge of the view would be seen by half.
+        edge = EDGE if angles[-1] - angles[0] < 2.0 * np.pi - EDGE else 0.0
+        candidates = np.linspace(angles[0] + edge, angles[-1] - edge, 61)
+        return cls(
+            se2.transform_points(mount, rays), wrap(candidates + float(np.asarray(mount)[2]))
+        )
 
     def with_contact(self, bearing: float) -> "View":
         """Return the view with a point where the body touches what the laser does not see."""
@@ -242,15 +252,17 @@ class Wanderer:
         state = self.state
         if state.aim is None:
             return False
-        if state.patience <= 0.0:
-            state.visits = np.vstack([state.visits, [state.aim[0], state.aim[1], 0.0]])
-            return False
         left, bearing = _polar(state.aim, here)
-        if left < 0.35:
+        if left < ARRIVED:
             return False
         half_width = self.params.radius + self.params.squeeze
-        is_free = view.reach(bearing, half_width)[0] > min(left, 0.8)
-        return bool(is_free) and best < state.aim_score + self.params.hysteresis
+        is_blocked = view.reach(bearing, half_width)[0] <= min(left, 0.8)
+        if is_blocked or state.patience <= 0.0:
+            # Counted as visited, so that it is not the next aim as well.
+            state.visits = np.vstack([state.visits, [state.aim[0], state.aim[1], 0.0]])
+            return False
+        is_turning = abs(bearing) > TURN_FIRST
+        return is_turning or best < state.aim_score + self.params.hysteresis
 
     def _approach(self, view: View, here: Points) -> Speeds:
         """Turn towards the aim and drive as fast as the free way ahead allows."""
@@ -260,7 +272,7 @@ class Wanderer:
         left, wanted = _polar(self.state.aim, here)
         bearing = self._clear_bearing(view, wanted, min(LOOK_AHEAD, left))
         angular = float(np.clip(2.5 * bearing, -params.turn_rate, params.turn_rate))
-        if abs(bearing) > 0.6:
+        if abs(bearing) > TURN_FIRST:
             return 0.0, angular
         free = float(view.reach(0.0, params.radius + 0.05)[0]) - params.radius - 0.08
         allowed = np.sqrt(max(0.0, 2.0 * 0.4 * free))

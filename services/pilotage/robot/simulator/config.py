@@ -7,17 +7,30 @@ people: 3
 robot: {laser: {range_max: 8.0}}
 """
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 import yaml
-from pydantic import ConfigDict, Field, ValidationError
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationError
 
 from pilotage.bus.deployment import ConfigError, ConfigPath, Settings
 from pilotage.core.map_files import MapFileError, load_map
 from pilotage.robot.simulator.simulation import NoPlaceError, RobotParams, Simulation
 from pilotage.robot.simulator.walls import Walls
+
+
+def _start(value: object) -> object:
+    """Say in one sentence what a start is, in place of one complaint per alternative."""
+    is_pose = (
+        isinstance(value, list | tuple)
+        and len(value) == 3
+        and all(isinstance(v, int | float) and math.isfinite(v) for v in value)
+    )
+    if value != "random" and not is_pose:
+        raise ValueError("it must be random or [x, y, theta] in m and rad")
+    return value
 
 
 class WorldFile(Settings):
@@ -29,7 +42,9 @@ class WorldFile(Settings):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     map: ConfigPath
-    start: Literal["random"] | tuple[float, float, float] = "random"
+    start: Annotated[Literal["random"] | tuple[float, float, float], BeforeValidator(_start)] = (
+        "random"
+    )
     unmapped: tuple[tuple[float, float, float, float], ...] = ()
     people: Annotated[int, Field(ge=0, le=100)] = 0
     seed: Annotated[int, Field(ge=0)] | None = None

@@ -4,6 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pilotage.robot.simulator.parameter_checks import (
+    refuse_negative,
+    refuse_shares_above_one,
+    refuse_zero,
+)
+
 
 @dataclass(frozen=True)
 class DriveParams:
@@ -23,6 +29,11 @@ class DriveParams:
     braking: float = 10.0
     """m/s^2 when losing speed; turning four times as much in rad/s^2."""
 
+    def __post_init__(self) -> None:
+        """Refuse what no chassis has (ValueError)."""
+        refuse_negative(self)
+        refuse_zero(self, "radius", "acceleration", "braking")
+
 
 @dataclass(frozen=True)
 class SlipParams:
@@ -36,6 +47,11 @@ class SlipParams:
     """Part of the wheels' way that is lost."""
     yaw_rate: float = 0.1
     """Standard deviation of the turn it causes, rad/s."""
+
+    def __post_init__(self) -> None:
+        """Refuse what no floor has (ValueError)."""
+        refuse_negative(self)
+        refuse_shares_above_one(self, "share")
 
 
 @dataclass(frozen=True)

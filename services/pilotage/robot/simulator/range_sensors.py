@@ -7,8 +7,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.core.angles import wrap
+from pilotage.robot.simulator.parameter_checks import (
+    refuse_negative,
+    refuse_shares_above_one,
+    refuse_zero,
+)
 from pilotage.robot.simulator.people import ranges_to_discs
 from pilotage.robot.simulator.walls import Walls
+
+MOST_BEAMS = 10_000
 
 Discs = NDArray[np.float64]
 """(n, 3): x, y, radius in m, map frame."""
@@ -34,6 +41,14 @@ class LaserParams:
     mount_x: float = 0.05
     """m ahead of the robot's centre."""
 
+    def __post_init__(self) -> None:
+        """Refuse what no laser has (ValueError)."""
+        refuse_negative(self)
+        refuse_zero(self, "field_of_view", "range_max")
+        refuse_shares_above_one(self, "share_without_return", "share_too_short")
+        if not 2 <= self.beams <= MOST_BEAMS:
+            raise ValueError(f"beams must be 2 to {MOST_BEAMS}, they are {self.beams}")
+
     @property
     def bearings(self) -> NDArray[np.float64]:
         """Directions (beams,) in the laser's frame, rad."""
@@ -57,6 +72,12 @@ class SonarParams:
     share_without_echo: float = 0.02
     """Rounds in which the echo goes elsewhere."""
 
+    def __post_init__(self) -> None:
+        """Refuse what no sonar has (ValueError)."""
+        refuse_negative(self)
+        refuse_zero(self, "cone", "range_max", "directions_deg")
+        refuse_shares_above_one(self, "share_without_echo")
+
     def mounts(self, rim: float) -> NDArray[np.float64]:
         """Return x, y, direction (n, 3) in base_link of sonars on a rim of radius `rim` m."""
         angles = wrap(np.deg2rad(np.array(self.directions_deg)))
@@ -69,6 +90,11 @@ class CompassParams:
 
     sigma: float = float(np.deg2rad(2.0))
     """Standard deviation, rad."""
+
+    def __post_init__(self) -> None:
+        """Refuse a compass without error: nobody would know how to weigh it (ValueError)."""
+        refuse_negative(self)
+        refuse_zero(self, "sigma")
 
 
 @dataclass(frozen=True)

@@ -92,7 +92,9 @@ class Walls:
 
         Of several regions cut off from each other, the largest.
         """
-        reached = _largest_region(self.clearance >= clearance + self.geometry.resolution)
+        # The face of a cell is up to half its diagonal nearer than its centre.
+        half_diagonal = self.geometry.resolution * np.sqrt(0.5)
+        reached = _largest_region(self.clearance >= clearance + half_diagonal)
         return self.geometry.centres_of(np.argwhere(reached))
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.motion import arc
+from pilotage.robot.simulator.parameter_checks import refuse_negative
 
 
 @dataclass(frozen=True)
@@ -27,9 +28,9 @@ class WheelOdometryParams:
     rotation_per_metre: float = 0.004
     """rad per square root of a metre of way (uneven floor)."""
 
-    def scaled(self, factor: float) -> "WheelOdometryParams":
-        """Return all errors times `factor`."""
-        return WheelOdometryParams(*(factor * value for value in vars(self).values()))
+    def __post_init__(self) -> None:
+        """Refuse what no wheel has (ValueError)."""
+        refuse_negative(self)
 
 
 @dataclass

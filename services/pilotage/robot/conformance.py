@@ -1,0 +1,169 @@
+"""Does a driver keep what the protocol promises? One line per finding; nothing said is well.
+
+The robot is driven forward slowly for two seconds: it must stand on free ground.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from pilotage.bus.clock import Clock
+from pilotage.robot.driver import DriverError, Measurement, Playback, RobotDriver
+from pilotage_schemas.codec import encode
+from pilotage_schemas.geometry import Twist2
+from pilotage_schemas.message import Message
+from pilotage_schemas.sensors import LaserScan, Odometry, RobotDescription
+from pilotage_schemas.topics import TOPICS
+
+LOOK_PERIOD = 0.02
+WATCHED = 2.0
+"""s that the driver is watched at rest, while it drives, and after it was stopped."""
+LONGEST_CALL = 0.02
+"""s that `sense` may take: longer ones delay the stop."""
+CLOCK_TOLERANCE_S = 1.0
+STANDING_WITHIN = 0.6
+"""s after `stop` within which a robot must stand (design, section 6)."""
+TRIAL_SPEED = 0.1
+STILL = 0.02
+"""m/s and rad/s."""
+LARGEST_ROBOT = 5.0
+"""m from the centre to the farthest point of a footprint; more was meant in other units."""
+
+Wait = Callable[[float], None]
+
+
+@dataclass
+class Trial:
+    """What a driver said while it was watched; `findings` by topic and kind, each once."""
+
+    heard: dict[str, list[Message]] = field(default_factory=dict)
+    findings: dict[tuple[str, str], str] = field(default_factory=dict)
+    slowest_call: float = 0.0
+
+
+def check_driver(driver: RobotDriver, clock: Clock, wait: Wait) -> Iterator[str]:
+    """Open the driver, watch it, drive it, stop it; yield what is wrong, one line each."""
+    try:
+        with driver:
+            description = driver.describe()
+            yield from _of_description(description, driver.describe())
+            yield from _of_trial(_watched(driver, clock, wait), description)
+            if not isinstance(driver, Playback):
+                yield from _of_driving(driver, description.max_linear, clock, wait)
+    except DriverError as error:
+        yield f"the driver gave up: {error}"
+
+
+def _of_description(first: RobotDescription, again: RobotDescription) -> Iterator[str]:
+    if encode(first) != encode(again):
+        yield "describe: two calls gave different answers"
+    if len(first.footprint) < 3:
+        yield f"describe: a footprint needs 3 corners or more, not {len(first.footprint)}"
+    elif np.abs(first.footprint).max() > LARGEST_ROBOT:
+        yield f"describe: a footprint of more than {LARGEST_ROBOT:g} m; is it in metres?"
+    if first.commands and first.max_linear == 0.0 and first.max_angular == 0.0:
+        yield "describe: it takes commands, but max_linear and max_angular are 0"
+
+
+def _watched(driver: RobotDriver, clock: Clock, wait: Wait) -> Trial:
+    """Collect what the driver senses for a while."""
+    trial = Trial()
+    end = clock.monotonic() + WATCHED
+    while (begun := clock.monotonic()) < end:
+        now_ns = clock.now_ns()
+        measurements = list(driver.sense(now_ns))
+        trial.slowest_call = max(trial.slowest_call, clock.monotonic() - begun)
+        for measurement in measurements:
+            _take(trial, measurement, now_ns)
+        wait(LOOK_PERIOD)
+    return trial
+
+
+def _take(trial: Trial, measurement: Measurement, now_ns: int) -> None:
+    name, message = measurement.topic, measurement.message
+    topic = TOPICS.get(name)
+    ahead = (message.stamp_ns - now_ns) / 1e9
+    if topic is None or topic.owner != "robot":
+        text = f"{name}: no topic of the robot; there are {', '.join(_own_topics())}"
+        trial.findings.setdefault((name, "topic"), text)
+    elif not isinstance(message, topic.message):
+        text = f"{name}: carries {topic.message.__name__}, not {type(message).__name__}"
+        trial.findings.setdefault((name, "message"), text)
+    else:
+        trial.heard.setdefault(name, []).append(message)
+        if abs(ahead) > CLOCK_TOLERANCE_S:
+            text = f"{name}: stamped {ahead:+.1f} s from now; stamps are Unix time in ns"
+            trial.findings.setdefault((name, "clock"), text)
+
+
+def _of_trial(trial: Trial, description: RobotDescription) -> Iterator[str]:
+    yield from trial.findings.values()
+    if trial.slowest_call > LONGEST_CALL:
+        yield f"sense: took {1e3 * trial.slowest_call:.0f} ms; it must return at once"
+    if "odometry" not in trial.heard:
+        yield "odometry: none came; nothing works without it"
+    for name, messages in trial.heard.items():
+        yield from _of_stamps(name, messages)
+        yield from _of_rate(name, len(messages))
+    yield from _of_odometry(trial, description.max_linear)
+    yield from _of_scans(trial, {mount.frame_id for mount in description.mounts})
+
+
+def _of_stamps(name: str, messages: list[Message]) -> Iterator[str]:
+    if any(later.stamp_ns <= earlier.stamp_ns for earlier, later in pairwise(messages)):
+        yield f"{name}: stamps must increase from message to message"
+
+
+def _of_rate(name: str, count: int) -> Iterator[str]:
+    usual = TOPICS[name].rate_hz
+    if usual is not None and count < 0.5 * usual * WATCHED:
+        yield f"{name}: {count / WATCHED:.1f} a second, usual are {usual:g}"
+
+
+def _of_odometry(trial: Trial, max_linear: float) -> Iterator[str]:
+    poses = [m.pose for m in trial.heard.get("odometry", []) if isinstance(m, Odometry)]
+    farthest = max((math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairwise(poses)), default=0.0)
+    if farthest > max(max_linear, 1.0):
+        yield f"odometry: jumped by {farthest:.2f} m; is it in metres?"
+
+
+def _of_scans(trial: Trial, frames: set[str]) -> Iterator[str]:
+    scans = [m for m in trial.heard.get("scan", []) if isinstance(m, LaserScan)]
+    for scan in scans[:1]:
+        sweep = abs(scan.angle_increment) * max(len(scan.ranges) - 1, 0)
+        if sweep > 2.0 * math.pi + 0.02:
+            yield f"scan: sweeps {sweep:.1f} rad, more than a full turn; are angles in radians?"
+        if scan.frame_id not in frames:
+            yield f"scan: frame '{scan.frame_id}' has no mount in the description"
+    if scans and all(bool(np.isinf(scan.ranges).all()) for scan in scans):
+        yield "scan: not one beam came back"
+    if any(bool((s.ranges[np.isfinite(s.ranges)] > s.range_max).any()) for s in scans):
+        yield "scan: ranges beyond range_max; no return is infinity"
+
+
+def _of_driving(driver: RobotDriver, max_linear: float, clock: Clock, wait: Wait) -> Iterator[str]:
+    """Drive slowly, stop, and compare with the odometry's twist."""
+    speed = min(TRIAL_SPEED, max_linear)
+    driver.drive(Twist2(vx=speed, vy=0.0, omega=0.0))
+    driving = _watched(driver, clock, wait)
+    driver.stop()
+    told_ns = clock.now_ns()
+    stopped = _watched(driver, clock, wait)
+    if speed > STILL and not any(_moves(m) for m in driving.heard.get("odometry", [])):
+        yield f"drive: told to go {speed:g} m/s, the odometry's twist says that it stands"
+    late_from = told_ns + STANDING_WITHIN * 1e9
+    if any(_moves(m) and m.stamp_ns > late_from for m in stopped.heard.get("odometry", [])):
+        yield f"stop: it still moved {STANDING_WITHIN:g} s later"
+
+
+def _moves(message: Message) -> bool:
+    if not isinstance(message, Odometry):
+        return False
+    return max(abs(message.twist.vx), abs(message.twist.vy), abs(message.twist.omega)) > STILL
+
+
+def _own_topics() -> list[str]:
+    return [topic.name for topic in TOPICS.values() if topic.owner == "robot"]

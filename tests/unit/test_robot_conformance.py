@@ -1,0 +1,196 @@
+"""What the conformance check says of good and of bad drivers."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+
+from pilotage.bus.clock import HandClock
+from pilotage.core.logs import Log, OdometryRecord
+from pilotage.robot.conformance import check_driver
+from pilotage.robot.driver import Measurement, RobotDriver
+from pilotage.robot.replay import Replay
+from pilotage.robot.simulator.simulator import Simulator
+from pilotage_schemas.geometry import Twist2
+from pilotage_schemas.message import Message
+from pilotage_schemas.sensors import RobotDescription
+from robot_world import ToyRobot, open_scan, simulation_in
+from sample_messages import odometry
+
+
+def findings(driver: RobotDriver) -> list[str]:
+    clock = HandClock()
+    return list(check_driver(driver, clock, clock.advance))
+
+
+class SeeingToy(ToyRobot):
+    """A toy in a round hall of 3 m, whose messages a test may spoil."""
+
+    def spoil(self, measurement: Measurement) -> Measurement:
+        return measurement
+
+    def sense(self, now_ns: int) -> Iterable[Measurement]:
+        for measurement in super().sense(now_ns):
+            is_scan = measurement.topic == "scan"
+            seen = Measurement("scan", open_scan(now_ns, 3.0)) if is_scan else measurement
+            yield self.spoil(seen)
+
+
+def changed(measurement: Measurement, topic: str, **fields: object) -> Measurement:
+    if measurement.topic != topic:
+        return measurement
+    message: Message = measurement.message.model_copy(update=fields)
+    return Measurement(topic, message)
+
+
+def test_nothing_is_said_of_a_good_driver() -> None:
+    assert findings(SeeingToy()) == []
+
+
+def test_the_simulator_is_a_good_driver() -> None:
+    assert findings(Simulator(simulation_in())) == []
+
+
+def test_a_log_is_not_driven() -> None:
+    records = tuple(OdometryRecord(0.05 * i, (0.0, 0.0, 0.0)) for i in range(100))
+    assert findings(Replay(Log("carmen", records, 0), "run.log")) == []
+
+
+class StuckClock(SeeingToy):
+    def spoil(self, measurement: Measurement) -> Measurement:
+        return changed(measurement, "odometry", stamp_ns=1_000_000_000_000_000)
+
+
+class Milliseconds(SeeingToy):
+    def spoil(self, measurement: Measurement) -> Measurement:
+        return changed(measurement, "scan", stamp_ns=measurement.message.stamp_ns // 1_000_000)
+
+
+class Degrees(SeeingToy):
+    def spoil(self, measurement: Measurement) -> Measurement:
+        return changed(measurement, "scan", angle_increment=3.0)
+
+
+class TooFar(SeeingToy):
+    def spoil(self, measurement: Measurement) -> Measurement:
+        return changed(measurement, "scan", range_max=2.0)
+
+
+class Unmounted(SeeingToy):
+    def spoil(self, measurement: Measurement) -> Measurement:
+        return changed(measurement, "scan", frame_id="lidar")
+
+
+class Blind(SeeingToy):
+    def spoil(self, measurement: Measurement) -> Measurement:
+        return changed(measurement, "scan", ranges=np.full(91, np.inf, np.float32))
+
+
+class WrongTopic(SeeingToy):
+    def spoil(self, measurement: Measurement) -> Measurement:
+        return Measurement("pose", measurement.message)
+
+
+class WrongMessage(SeeingToy):
+    def spoil(self, measurement: Measurement) -> Measurement:
+        return Measurement("heading", odometry(measurement.message.stamp_ns))
+
+
+class Runaway(SeeingToy):
+    def stop(self) -> None:
+        self.stops += 1
+
+
+class Lame(SeeingToy):
+    def drive(self, twist: Twist2) -> None:
+        pass
+
+
+class Slow(SeeingToy):
+    def __init__(self) -> None:
+        super().__init__()
+        self.looks = 0
+
+    def sense(self, now_ns: int) -> Iterable[Measurement]:
+        self.looks += 1
+        return [] if self.looks % 10 else list(super().sense(now_ns))
+
+
+class Fickle(SeeingToy):
+    def describe(self) -> RobotDescription:
+        self.max_linear += 0.1
+        return super().describe()
+
+
+class Centimetres(SeeingToy):
+    def describe(self) -> RobotDescription:
+        footprint = np.array([[20.0, 0.0], [-10.0, 10.0], [-10.0, -10.0]], np.float32)
+        return super().describe().model_copy(update={"footprint": footprint})
+
+
+class Shapeless(SeeingToy):
+    def describe(self) -> RobotDescription:
+        footprint = np.zeros((1, 2), np.float32)
+        return super().describe().model_copy(update={"footprint": footprint})
+
+
+class Immobile(SeeingToy):
+    def describe(self) -> RobotDescription:
+        return super().describe().model_copy(update={"max_linear": 0.0, "max_angular": 0.0})
+
+
+class Jumping(SeeingToy):
+    def sense(self, now_ns: int) -> Iterable[Measurement]:
+        self.pose[0] += 5.0
+        return super().sense(now_ns)
+
+
+@pytest.mark.parametrize(
+    ("kind", "finding"),
+    [
+        (StuckClock, "odometry: stamps must increase"),
+        (Milliseconds, "s from now; stamps are Unix time in ns"),
+        (Degrees, "more than a full turn; are angles in radians?"),
+        (TooFar, "scan: ranges beyond range_max; no return is infinity"),
+        (Unmounted, "scan: frame 'lidar' has no mount in the description"),
+        (Blind, "scan: not one beam came back"),
+        (WrongTopic, "pose: no topic of the robot"),
+        (WrongMessage, "heading: carries Heading, not Odometry"),
+        (Runaway, "stop: it still moved 0.6 s later"),
+        (Lame, "drive: told to go 0.1 m/s, the odometry's twist says that it stands"),
+        (Slow, "odometry: 5.0 a second, usual are 20"),
+        (Fickle, "describe: two calls gave different answers"),
+        (Centimetres, "describe: a footprint of more than 5 m; is it in metres?"),
+        (Shapeless, "describe: a footprint needs 3 corners or more, not 1"),
+        (Immobile, "describe: it takes commands, but max_linear and max_angular are 0"),
+        (Jumping, "odometry: jumped by 5"),
+    ],
+)
+def test_what_is_wrong_is_found_and_said_once(kind: type[SeeingToy], finding: str) -> None:
+    said = [line for line in findings(kind()) if finding in line]
+    assert len(said) == 1
+    assert "\n" not in said[0]
+
+
+def test_a_driver_without_odometry_is_of_no_use() -> None:
+    robot = SeeingToy()
+    robot.silent = {"odometry"}
+    assert "odometry: none came; nothing works without it" in findings(robot)
+
+
+def test_a_driver_that_takes_long_to_look_is_found() -> None:
+    clock = HandClock()
+
+    class Sleepy(SeeingToy):
+        def sense(self, now_ns: int) -> Iterable[Measurement]:
+            clock.advance(0.05)
+            return super().sense(now_ns)
+
+    said = list(check_driver(Sleepy(), clock, clock.advance))
+    assert "sense: took 50 ms; it must return at once" in said
+
+
+def test_a_driver_that_does_not_open_is_said_so() -> None:
+    robot = SeeingToy()
+    robot.broken = "no such port"
+    assert findings(robot) == ["the driver gave up: no such port"]
