@@ -13,7 +13,7 @@ from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.raycast import cast_scan
 from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.markov_localizer import MarkovLocalizer, MarkovParams
-from pilotage.localizer.measurement import Measurement, Ranges
+from pilotage.localizer.measurement import Measurement, Ranges, scan_measurement
 from pilotage.localizer.modes import find_modes
 from pilotage.localizer.pose_grid import PoseGridParams
 
@@ -110,6 +110,26 @@ def test_the_belief_of_a_square_hall_is_four_fold_symmetric_all_the_way() -> Non
             assert quarter == pytest.approx(masses[0], rel=0.05, abs=1e-3 * masses[0].sum())
 
 
+@pytest.mark.parametrize("kind", ["scan", "ranges"])
+def test_a_symmetric_world_gives_a_symmetric_belief(kind: str) -> None:
+    """Half a turn about the middle takes the corridor, and so the belief, to itself."""
+    localizer = MarkovLocalizer(CORRIDOR, M2)
+    pose = np.array([-2.1, 0.13, 0.3])
+    bearings = np.linspace(-1.7, 1.9, 41)
+    ranges = cast_scan(CORRIDOR, pose, bearings, RANGE_MAX)
+    seen = {
+        "scan": scan_measurement(
+            ranges.astype(np.float32), (-1.7, 3.6 / 40), np.array([0.0, 0.0, 0.0]), 41
+        ),
+        "ranges": Measurement(ranges=Ranges(bearings[::8], ranges[::8], RANGE_MAX)),
+    }
+    localizer.update(10**9, np.zeros(3), seen[kind])
+    belief = localizer.grid.belief / localizer.grid.belief.max()
+    turned_round = np.roll(belief, len(belief) // 2, axis=0)[:, ::-1, ::-1]
+    heavy = np.maximum(belief, turned_round) > 1e-3
+    assert belief[heavy] == pytest.approx(turned_round[heavy], rel=0.05)
+
+
 def test_with_a_compass_one_pose_is_left_and_it_is_right() -> None:
     run = begin(SQUARE, M2, np.array([-1.17, -0.79, 0.5]), has_compass=True)
     for count, step in enumerate(wander(35, seed=4)):
@@ -128,7 +148,8 @@ def test_a_corridor_leaves_two_poses_and_the_compass_one() -> None:
     compass = begin(CORRIDOR, M2, start, has_compass=True)
     for step in wander(20, seed=6):
         two, one = plain.go(step).modes, compass.go(step).modes
-    assert [mode.mass for mode in two] == pytest.approx([0.5] * 2, rel=0.05)
+    assert two[0].mass == pytest.approx(two[1].mass, rel=0.05)
+    assert two[0].mass + two[1].mass > 0.85
     assert error(two[0].pose, turned(two[1].pose, 2))[0] < CELL
     assert len(one) == 1
     assert error(one[0].pose, compass.pose)[0] < 2.0 * CELL

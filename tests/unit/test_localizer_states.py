@@ -11,7 +11,7 @@ from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.localizer.gaussian_start import gaussian_start
 from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
-from pilotage.localizer.pose_grid import PoseGrid, PoseGridParams, pose_grid
+from pilotage.localizer.pose_grid import MERGED, PoseGrid, PoseGridParams, pose_grid
 
 STILL = MotionSpread(0.0, 0.0, 0.0, 0.0)
 SMALL = np.diag([0.04, 0.04, 0.03])
@@ -62,6 +62,15 @@ def test_a_map_that_is_all_free_has_all_states() -> None:
 
 def test_unknown_cells_hold_nobody() -> None:
     assert states_of("..??\n?...").admissible.mask.tolist() == [[0, 1, 1, 1], [1, 1, 0, 0]]
+
+
+def test_stretches_of_free_cells_far_apart_are_runs_of_their_own() -> None:
+    cells = np.full((1, 2 * MERGED + 5), 100, np.int8)
+    cells[0, [0, 1, MERGED + 1, 2 * MERGED + 2, 2 * MERGED + 3]] = 0
+    world = OccupancyMap(GridGeometry(1, cells.shape[1], 0.1), cells)
+    runs = pose_grid(world, PoseGridParams(0.1, 8)).admissible.runs
+    first = [0, 0, MERGED + 2]
+    assert runs.tolist() == [first, [0, 2 * MERGED + 2, 2 * MERGED + 4]]
 
 
 def test_a_finer_map_is_resampled_and_a_coarser_one_used_as_it_is() -> None:
