@@ -107,11 +107,31 @@ def localize(  # noqa: PLR0913, PLR0917 - the options that design section 4 fixe
     from pilotage.localizer.log_run import LogSensors  # noqa: PLC0415 - see above
 
     sensors = LogSensors(sensor=sensor.value, compass=compass)
-    _ = method  # one member yet: Typer itself refuses every other word
-    options = command.LocalizeOptions(
-        log, log_format, world, out, command.parse_start(start), sensors
+    pose = command.parse_start(start)
+    command.localize(
+        command.LocalizeOptions(log, log_format, world, out, pose, sensors, method.value)
     )
-    command.localize(options)
+
+
+driver_app = typer.Typer(help="Drivers of robots.", no_args_is_help=True)
+app.add_typer(driver_app, name="driver")
+
+
+@driver_app.callback()
+def _driver() -> None:
+    """Drivers of robots."""
+
+
+@driver_app.command()
+def check(
+    spec: Annotated[
+        str, typer.Argument(help="package.module:Class, or a deployment whose robot is meant.")
+    ],
+) -> int:
+    """Try a driver: describe, sense, drive slowly forward for two seconds, stop."""
+    from pilotage import driver_command  # noqa: PLC0415 - see above
+
+    return driver_command.check(spec)
 
 
 def _demo() -> Path:
@@ -132,7 +152,7 @@ def run(arguments: list[str]) -> int:
         code = app(arguments or ["--help"], prog_name="pilotage", standalone_mode=False)
     except typer.TyperException as error:
         return _complain(error.format_message(), BAD_INPUT)
-    except (ConfigError, ValueError, OSError) as error:
+    except (ConfigError, OSError) as error:
         return _complain(str(error), BAD_INPUT)
     except typer.Abort:
         return _complain("interrupted", FORCED)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import Progress
 
+from pilotage.bus.deployment import ConfigError
 from pilotage.core.logs import Log, ScanRecord, SonarRecord, read_log
 from pilotage.core.map_files import load_map
 from pilotage.localizer.log_run import LogEstimate, LogSensors, localize_log
@@ -35,10 +36,11 @@ class LocalizeOptions:
     out: Path
     start: NDArray[np.float64] | None
     sensors: LogSensors
+    method: str = "markov"
 
 
 def parse_start(text: str) -> NDArray[np.float64] | None:
-    """Return the pose (3,) in `X,Y,THETA`, or None for `unknown`; ValueError otherwise."""
+    """Return the pose (3,) in `X,Y,THETA`, or None for `unknown`; ConfigError otherwise."""
     if text == "unknown":
         return None
     try:
@@ -46,20 +48,16 @@ def parse_start(text: str) -> NDArray[np.float64] | None:
     except ValueError:
         pose = np.empty(0)
     if pose.shape != (3,) or not np.isfinite(pose).all():
-        raise ValueError(f"--start takes 'unknown' or X,Y,THETA in m and rad, not '{text}'")
+        raise ConfigError(f"--start takes 'unknown' or X,Y,THETA in m and rad, not '{text}'")
     return pose
 
 
 def localize(options: LocalizeOptions) -> None:
-    """Write DIR/estimates.csv and DIR/report.json; MapFileError, LogError, ValueError, OSError."""
+    """Write DIR/estimates.csv and DIR/report.json; ConfigError or OSError if that cannot be."""
     started, started_cpu = time.perf_counter(), time.process_time()
-    world = load_map(options.map)
-    log = read_log(options.log, options.log_format)
+    log, localizer = _inputs(options)
     total = _scans_of(log, options.sensors)
     options.out.mkdir(parents=True, exist_ok=True)
-    localizer = MarkovLocalizer(world, MarkovParams())
-    if options.start is not None:
-        localizer.start_at(options.start, START_COVARIANCE)
     updates: list[float] = []
     scans = 0
     with _estimates_file(options.out) as write, _progress(total) as advance:
@@ -68,6 +66,7 @@ def localize(options: LocalizeOptions) -> None:
             advance()
             scans += 1
     report = {
+        "method": options.method,
         "scans": scans,
         "wall_s": time.perf_counter() - started,
         "cpu_s": time.process_time() - started_cpu,
@@ -80,11 +79,23 @@ def localize(options: LocalizeOptions) -> None:
     (options.out / "report.json").write_text(json.dumps(report, indent=2) + "\n", "utf-8")
 
 
+def _inputs(options: LocalizeOptions) -> tuple[Log, MarkovLocalizer]:
+    """Return the log and a localizer on the map, at the start pose."""
+    try:
+        log = read_log(options.log, options.log_format)
+        localizer = MarkovLocalizer(load_map(options.map), MarkovParams())
+        if options.start is not None:
+            localizer.start_at(options.start, START_COVARIANCE)
+    except ValueError as error:
+        raise ConfigError(str(error)) from error
+    return log, localizer
+
+
 def _scans_of(log: Log, use: LogSensors) -> int:
     kind = ScanRecord if use.sensor == "laser" else SonarRecord
     count = sum(isinstance(record, kind) for record in log.records)
     if count == 0:
-        raise ValueError(f"the log has no {use.sensor} measurements")
+        raise ConfigError(f"the log has no {use.sensor} measurements")
     return count
 
 

@@ -1,0 +1,73 @@
+"""`pilotage driver check` tells in one line each what a driver breaks."""
+
+from pathlib import Path
+
+import pytest
+
+from pilotage.cli import run
+
+
+def test_the_demo_robot_keeps_every_promise(
+    repository: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = str(repository / "deploy" / "config" / "demo.yaml")
+    assert run(["driver", "check", spec]) == 0
+    assert capsys.readouterr().out == f"{spec}: nothing to mend\n"
+
+
+def test_a_driver_with_faults_is_found_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "silent_driver.py").write_text(SILENT, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert run(["driver", "check", "silent_driver:Silent"]) == 1
+    *findings, total = capsys.readouterr().out.splitlines()
+    assert any("odometry" in line for line in findings)
+    assert total == f"silent_driver:Silent: {len(findings)} to mend"
+
+
+@pytest.mark.parametrize("spec", ["no_such_module:Robot", "pilotage:Robot", "no_such_file.yaml"])
+def test_a_driver_that_cannot_be_had_is_told_in_one_line(
+    spec: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["driver", "check", spec]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+SILENT = '''
+"""A robot that describes itself and then says nothing."""
+
+import numpy as np
+
+from pilotage_schemas.sensors import RobotDescription
+
+
+class Silent:
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def describe(self):
+        return RobotDescription(
+            stamp_ns=0,
+            frame_id="base_link",
+            name="Silent",
+            driver="silent",
+            footprint=np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1]], np.float32),
+            mounts=(),
+            max_linear=0.5,
+            max_angular=1.0,
+            commands=("stop",),
+        )
+
+    def sense(self, now_ns):
+        return ()
+
+    def drive(self, twist):
+        pass
+
+    def stop(self):
+        pass
+'''
