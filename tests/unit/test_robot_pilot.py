@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from pilotage.robot.view import View
 
 from pilotage.core.motion import arc
 from pilotage.robot.motion_command import Straight
 from pilotage.robot.pilot import Pilot
-from pilotage.robot.wander import View, Wanderer, WanderParams
+from pilotage.robot.wander import Wanderer, WanderParams
 from pilotage.robot.watchdog import Limits, SensorWatch
 
 OPEN = View(np.empty((0, 2)), np.linspace(-2.0, 2.0, 61))

@@ -137,7 +137,7 @@ def test_sideways_is_refused() -> None:
 def test_a_command_that_the_robot_does_not_have_is_refused() -> None:
     bench, robot = toy_bench()
     robot.commands = ("stop",)
-    bench.service._description = robot.describe()
+    bench.service.description = robot.describe()
     with pytest.raises(RefusedError, match="Toy has no command forward"):
         bench.ask("forward", c.Drive(distance=1.0))
 
