@@ -5,10 +5,8 @@ import sys
 import time
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from pilotage.bus.clock import SystemClock
-from pilotage.bus.deployment import ConfigError, read_deployment, service_settings
+from pilotage.bus.deployment import Deployment, read_deployment, service_settings
 from pilotage.robot.config import RobotSettings
 from pilotage.robot.conformance import check_driver
 from pilotage.robot.driver_choice import make_driver
@@ -36,9 +34,8 @@ def check(spec: str) -> int:
 
 
 def _settings(spec: str) -> RobotSettings:
-    if not _CLASS.fullmatch(spec):
-        return service_settings(read_deployment(Path(spec)), "robot", RobotSettings)
-    try:
-        return RobotSettings(driver=spec)
-    except ValidationError as error:
-        raise ConfigError(f"{spec}: {error.errors()[0]['msg']}") from error
+    if _CLASS.fullmatch(spec):
+        deployment = Deployment(services={"robot": {"driver": spec}})
+    else:
+        deployment = read_deployment(Path(spec))
+    return service_settings(deployment, "robot", RobotSettings)
