@@ -151,7 +151,7 @@ def test_a_corridor_leaves_two_poses_and_the_compass_one() -> None:
     assert two[0].mass == pytest.approx(two[1].mass, rel=0.05)
     assert two[0].mass + two[1].mass > 0.85
     assert error(two[0].pose, turned(two[1].pose, 2))[0] < CELL
-    assert len(one) == 1
+    assert one[0].mass > 0.9
     assert error(one[0].pose, compass.pose)[0] < 2.0 * CELL
 
 

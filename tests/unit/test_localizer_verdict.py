@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pilotage.localizer.modes import Mode
-from pilotage.localizer.verdict import Verdict, VerdictParams
+from pilotage.localizer.verdict import Doubts, Verdict, VerdictParams
 
 PARAMS = VerdictParams(
     enter_mass=0.9,
@@ -123,7 +123,7 @@ def test_what_began_anew_was_never_lost() -> None:
 
 def test_a_surprising_scan_ends_localized_whatever_the_belief_still_says() -> None:
     verdict = localized()
-    assert verdict.judge([mode(1.0)], 1.0, HERE, surprise=True) == "lost"
+    assert verdict.judge([mode(1.0)], 1.0, HERE, doubts=Doubts(surprise=True)) == "lost"
     assert verdict.confidence < 0.5
 
 
@@ -185,3 +185,19 @@ def test_whatever_comes_localized_is_never_said_before_it_is_earned(
         agreeing = agreeing + 1 if agrees else 0
         assert state != "localized" or agreeing >= earned_by
         assert 0.0 <= verdict.confidence <= 1.0
+
+
+def test_a_place_that_fits_as_well_keeps_the_best_from_being_localized() -> None:
+    verdict = Verdict()
+    for _ in range(10):
+        state = verdict.judge([mode(0.99), mode(0.005)], 1.0, HERE, Doubts(rivals=1))
+    assert state == "ambiguous"
+    assert verdict.confidence < 0.5
+
+
+def test_when_the_last_rival_is_gone_the_place_is_earned_anew() -> None:
+    verdict = Verdict()
+    verdict.judge([mode(0.99)], 1.0, HERE, Doubts(rivals=1))
+    states = [verdict.judge([mode(0.99)], 1.0, HERE) for _ in range(verdict.params.earned_by)]
+    assert states[-1] == "localized"
+    assert "localized" not in states[:-1]

@@ -26,7 +26,7 @@ from pilotage.localizer.range_model import (
 )
 from pilotage.localizer.refinement import matched_share, refine, wall_distance
 from pilotage.localizer.surprise import ScanFit
-from pilotage.localizer.verdict import Verdict, VerdictParams
+from pilotage.localizer.verdict import Doubts, Verdict, VerdictParams
 from pilotage.localizer.visibility import VisibilityParams, optimistic_ranges
 
 SAMPLES = 20_000
@@ -34,6 +34,12 @@ SAMPLES = 20_000
 
 REMEMBERED = 5_000
 """States kept in a memory; what they leave out comes back as uniform belief."""
+
+ALIKE = 0.03
+"""Difference in the share of matching beams below which two places fit a scan alike."""
+
+MOST_RIVALS = 6
+"""Places, by mass, that are looked at for that."""
 
 STANDING = 0.1
 """Novelty of a measurement from the same place: people move, the noise is new."""
@@ -162,11 +168,12 @@ class MarkovLocalizer:
         increment = self._increment_to(odom_from_base)
         surprise = self._is_surprising(increment, measurement)
         self.grid.predict(increment)
-        self._correct(measurement, self._novelty(increment), surprise=surprise)
+        self._correct(measurement, increment, surprise=surprise)
         modes = self._modes()
         pose, matched = self._refined(modes, measurement)
         expected = se2.compose(self.estimate.pose, increment) if self._judged else None
-        self._verdict.judge(modes, matched, expected, surprise=surprise)
+        rivals = self._rivals(modes, matched, measurement)
+        self._verdict.judge(modes, matched, expected, Doubts(rivals, surprise=surprise))
         self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
         self._judged = bool(modes)
         self.estimate = self._estimate(modes, pose, matched)
@@ -214,39 +221,55 @@ class MarkovLocalizer:
         expected = se2.compose(self.estimate.pose, increment)
         return self._fit.is_surprising(matched_share(expected, ends, self._walls))
 
+    def _rivals(self, modes: list[Mode], matched: float | None, measurement: Measurement) -> int:
+        """Return how many of the next places fit the scan as well as the best one does."""
+        ends = measurement.all_ends
+        if matched is None or ends is None:
+            return 0
+        others = (refine(mode.pose, ends, self._walls) for mode in modes[1:MOST_RIVALS])
+        fits = (matched_share(pose, ends, self._walls) for pose in others)
+        return sum(fit >= matched - ALIKE for fit in fits)
+
     def _note_fit(self, matched: float | None) -> None:
         if self.estimate.state != "localized":
             self._fit.forget()
         elif matched is not None:
             self._fit.learn(matched)
 
-    def _novelty(self, increment: NDArray[np.float64]) -> float:
+    def _novelty(self, increment: NDArray[np.float64], whole_turn: float) -> float:
         """Return how much of a new measurement this is, 0 to 1.
 
         A scan from where the last one was taken says the same again: it may not sharpen the
-        belief any more.
+        belief any more. `whole_turn` [rad] brings everything that is seen into view anew.
         """
-        return max(self._moved(increment), STANDING) if self._judged else 1.0
+        if not self._judged:
+            return 1.0
+        way, turn = apart(increment, np.zeros(3))
+        return min(1.0, max(way / self.params.update_way + turn / whole_turn, STANDING))
 
     def _moved(self, increment: NDArray[np.float64]) -> float:
-        """Return the motion as a share of what makes a new measurement, at most 1."""
+        """Return the motion as a share of what calls for a new measurement, at most 1."""
         way, turn = apart(increment, np.zeros(3))
         return min(1.0, way / self.params.update_way + turn / self.params.update_turn)
 
-    def _correct(self, measurement: Measurement, novelty: float, *, surprise: bool) -> None:
+    def _correct(
+        self, measurement: Measurement, increment: NDArray[np.float64], *, surprise: bool
+    ) -> None:
         """Weigh the belief: Bel <- a P(s | l) P(b | l) (Bel + P0), eq. 8, 13 and 15."""
         carried_off = surprise and self._recovery_weight > 0.0
         weight = CARRIED_OFF if carried_off else self._recovery_weight
-        novelty = 1.0 if surprise else novelty
-        self.grid.add_floor(weight, _weakened(measurement.compass, novelty))
+        # Few rangers see something else after a small turn, a laser the same from elsewhere.
+        of_ranges = 1.0 if surprise else self._novelty(increment, self.params.update_turn)
+        of_scan = 1.0 if surprise else self._novelty(increment, np.pi)
+        self.grid.add_floor(weight, _weakened(measurement.compass, of_ranges))
         if measurement.ends is not None and len(measurement.ends):
-            self.grid.weigh_scan(measurement.ends, self._field, self.params.tempering * novelty)
+            self.grid.weigh_scan(measurement.ends, self._field, self.params.tempering * of_scan)
             self.grid.settle()
-            penalty = self.params.visibility.penalty * novelty
+            penalty = self.params.visibility.penalty * of_scan
             sight = replace(self.params.visibility, penalty=penalty)
             self.grid.weigh_visibility(measurement.ends, self.sight, sight)
         if measurement.ranges is not None:
-            self._weigh_ranges(measurement.ranges, novelty)
+            self._weigh_ranges(measurement.ranges, of_ranges)
         self.grid.settle()
 
     def _weigh_ranges(self, seen: Ranges, novelty: float) -> None:

@@ -13,7 +13,9 @@ MODE_RADIUS = 0.5
 MODE_TURN = np.deg2rad(15.0)
 """... if their headings differ by no more than this. The same limits define `confidence`."""
 
-LEAST_MASS = 0.01
+LEAST_MASS = 1e-3
+"""Lighter places are not listed; a place this light may still be the right one (see `verdict`)."""
+
 MOST_MODES = 12
 
 

@@ -40,6 +40,24 @@ class VerdictParams:
     named_mass: float = 0.5
 
 
+@dataclass(frozen=True)
+class Doubts:
+    """What speaks against the best mode, however much mass it has.
+
+    `rivals`: other places that fit the scan as well. Small errors of the map, repeated from scan
+    to scan, can move all the mass to one of two like rooms; that is no evidence.
+    `surprise`: the scan contradicts the pose where the robot should be.
+    """
+
+    rivals: int = 0
+    surprise: bool = False
+
+    @property
+    def any(self) -> bool:
+        """Say whether there is any doubt."""
+        return self.surprise or self.rivals > 0
+
+
 @dataclass
 class Verdict:
     """Judges belief after belief; `state` and `confidence` are its last words."""
@@ -65,8 +83,7 @@ class Verdict:
         modes: list[Mode],
         matched: float | None,
         expected: NDArray[np.float64] | None,
-        *,
-        surprise: bool = False,
+        doubts: Doubts | None = None,
     ) -> State:
         """Return the state after a measurement.
 
@@ -75,15 +92,17 @@ class Verdict:
             matched: share of the scan's beams that agree with the map at the best mode; None
                 where there are no beams to tell by.
             expected: (3,) the last best pose moved on by odometry, or None.
-            surprise: the scan contradicts the expected pose.
+            doubts: what else speaks against the best mode.
         """
         best = modes[0].mass if modes else 0.0
         fit = 1.0 if matched is None else matched
         steady = bool(modes) and expected is not None and not self._jumped(modes[0], expected)
-        agrees = steady and not surprise and self._is_good(best, fit)
+        doubts = doubts or Doubts()
+        agrees = steady and not doubts.any and self._is_good(best, fit)
         self._agreeing = self._agreeing + 1 if agrees else 0
-        self.state = self._state(modes)
-        self.confidence = best * min(1.0, fit / self.params.enter_matched) * self._earned()
+        self.state = self._state(modes, doubts)
+        fitting = min(1.0, fit / self.params.enter_matched)
+        self.confidence = best * fitting * self._earned() / (1 + doubts.rivals)
         self._was_localized |= self.state == "localized"
         return self.state
 
@@ -103,12 +122,14 @@ class Verdict:
             return best >= p.stay_mass and matched >= p.stay_matched
         return best >= p.enter_mass and matched >= p.enter_matched
 
-    def _state(self, modes: list[Mode]) -> State:
+    def _state(self, modes: list[Mode], doubts: Doubts) -> State:
         if self._agreeing >= self.params.earned_by or (
             self.state == "localized" and self._agreeing > 0
         ):
             return "localized"
         rivals = [mode.mass for mode in modes if mode.mass >= self.params.rival_mass]
         if len(rivals) > 1 and sum(rivals) >= self.params.named_mass:
+            return "ambiguous"
+        if doubts.rivals and modes[0].mass >= self.params.named_mass and not doubts.surprise:
             return "ambiguous"
         return "lost" if self._was_localized else "unknown"
