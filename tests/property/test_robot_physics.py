@@ -3,7 +3,6 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from pilotage.robot.view import View
 
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
@@ -12,6 +11,7 @@ from pilotage.robot.simulator.drive import DriveParams, Wheels, accelerated
 from pilotage.robot.simulator.range_sensors import LaserParams, Surroundings, scan
 from pilotage.robot.simulator.simulation import RobotParams
 from pilotage.robot.simulator.walls import Walls
+from pilotage.robot.view import View
 from pilotage.robot.wander import Wanderer, WanderParams
 from pilotage.robot.watchdog import Limits
 from robot_world import ROOM, simulation_in
