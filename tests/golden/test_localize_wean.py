@@ -38,6 +38,11 @@ ONE = Recorded("robotdata1.log.gz", 3, (39.75, 41.49, 1.29))
 THREE = Recorded("robotdata3.log.gz", 5, (33.7, 40.5, -0.09))
 
 
+LATEST_FIX = 40
+"""Scans of the thinned log before the first fix. It was below 25 while mass alone decided; since a
+place with a rival that fits as well is called ambiguous, log 1 has it at the 28th."""
+
+
 @cache
 def hall(folder: Path) -> OccupancyMap:
     return load_map(folder / "wean.dat.gz")
@@ -78,7 +83,7 @@ def test_the_robot_is_found_followed_and_stands_in_free_space(
     is_localized = [e.estimate.state == "localized" for e in estimates]
     assert is_localized[-1]
     first = is_localized.index(True)
-    assert first <= 25
+    assert first <= LATEST_FIX
     assert np.mean(is_localized[first:]) > 0.6
     poses = np.array([e.pose for e in estimates])[is_localized]
     rows, cols = hall(folder).geometry.cells_of(poses[:, :2]).T
