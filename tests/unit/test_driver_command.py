@@ -4,7 +4,16 @@ from pathlib import Path
 
 import pytest
 
+from pilotage import driver_command
+from pilotage.bus.clock import HandClock
 from pilotage.cli import run
+
+
+@pytest.fixture(autouse=True)
+def _time_turned_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = HandClock()
+    monkeypatch.setattr(driver_command, "SystemClock", lambda: clock)
+    monkeypatch.setattr("pilotage.driver_command.time.sleep", clock.advance)
 
 
 def test_the_demo_robot_keeps_every_promise(
