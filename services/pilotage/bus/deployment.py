@@ -88,6 +88,8 @@ Model = TypeVar("Model", bound=Settings)
 
 def read_deployment(path: Path) -> Deployment:
     """Return the deployment in a YAML file or raise ConfigError."""
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise ConfigError(f"{path}: cannot be read: it is a pipe or a device, not a file")
     try:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:

@@ -12,8 +12,11 @@ def read_maybe_gzip(file: Path, limit: int) -> bytes:
 
     Raises:
         OSError: the file cannot be read.
-        ValueError: it is named .gz and is not gzip, is damaged, or is longer than `limit` bytes.
+        ValueError: it is named .gz and is not gzip, is damaged, is longer than `limit` bytes, or
+            is a pipe or a device, which might never end.
     """
+    if file.exists() and not (file.is_file() or file.is_dir()):
+        raise ValueError("it is a pipe or a device, not a file")
     with file.open("rb") as stream:
         is_packed = stream.read(len(MAGIC)) == MAGIC
     if file.suffix == ".gz" and not is_packed:
