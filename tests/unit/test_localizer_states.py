@@ -198,6 +198,25 @@ def test_heaviest_states_are_the_heaviest_and_their_weights_shares_of_all() -> N
     assert weights.sum() < 1.0
 
 
+def test_states_are_scaled_one_by_one_and_the_belief_summed_up_anew() -> None:
+    belief = belief_on(ROOM)
+    belief.belief[:] = np.random.default_rng(7).random(belief.belief.shape)
+    belief.settle()
+    before, total = belief.belief.copy(), belief.total
+    states, weights = belief.heaviest_states(20)
+    factors = np.linspace(0.1, 0.9, len(states)).astype(np.float32)
+    belief.scale_states(states, factors)
+    assert belief.belief[tuple(states.T)] == pytest.approx(before[tuple(states.T)] * factors)
+    assert belief.total == pytest.approx(total * (1.0 - weights @ (1.0 - factors)), rel=1e-5)
+    assert np.count_nonzero(belief.belief != before) == len(states)
+
+
+def test_no_states_are_scaled_where_there_are_none() -> None:
+    belief = belief_on(ROOM)
+    belief.scale_states(np.empty((0, 3), np.int64), np.empty(0, np.float32))
+    assert belief.total == pytest.approx(1.0)
+
+
 def test_an_even_belief_of_a_large_hall_is_not_gathered_as_a_whole(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

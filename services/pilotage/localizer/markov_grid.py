@@ -195,13 +195,26 @@ class MarkovGrid:
 
         Weights are shares of the whole belief: what they lack to one lies elsewhere.
         """
+        states, weights = self.heaviest_states(most)
+        return self.poses_of(states), weights
+
+    def heaviest_states(self, most: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return about the `most` heaviest states (n, 3), as heading, row, col, and weights (n,).
+
+        Weights are shares of the whole belief.
+        """
         if self.total == 0.0:
-            return np.empty((0, 3)), np.empty(0)
+            return np.empty((0, 3), np.int64), np.empty(0)
         states, weights = self._states_above(self._threshold(most), most)
         if len(weights) > most:
             order = np.argpartition(weights, -most)[-most:]
             states, weights = states[order], weights[order]
-        return self.poses_of(states), weights.astype(np.float64) / self.total
+        return states, weights.astype(np.float64) / self.total
+
+    def scale_states(self, states: NDArray[np.int64], factors: NDArray[np.float32]) -> None:
+        """Multiply different states (n, 3) by factors (n,) and sum the belief up anew."""
+        self.belief[tuple(states.T)] *= factors
+        self.settle()
 
     def marginal(self) -> NDArray[np.float32]:
         """Return the share of the belief (rows, cols) in each cell, whatever the heading."""
