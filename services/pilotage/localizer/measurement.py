@@ -22,6 +22,19 @@ class Ranges:
 
 
 @dataclass(frozen=True)
+class Beams:
+    """A laser scan: `bearings` (n,) from the laser, `ranges` (n,), infinite where nothing came back.
+
+    `base_from_laser` (3,) is the laser's mount, `range_max` [m] how far it sees.
+    """
+
+    bearings: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+    base_from_laser: NDArray[np.float64]
+    range_max: float
+
+
+@dataclass(frozen=True)
 class Measurement:
     """What the sensors saw at one moment.
 
@@ -29,6 +42,7 @@ class Measurement:
     of all of them, for refining the pose; `compass`: yaw in map and its standard deviation [rad].
     """
 
+    beams: "Beams | None" = None
     ends: NDArray[np.float64] | None = None
     all_ends: NDArray[np.float64] | None = None
     ranges: Ranges | None = None
