@@ -49,7 +49,10 @@ class MethodParams(Protocol):
 class LocalizationMethod(Protocol):
     """A localizer over one map: measurements with their stamps and odometry in, estimates out."""
 
-    estimate: Estimate
+    @property
+    def estimate(self) -> Estimate:
+        """What was last said."""
+        ...
 
     @property
     def name(self) -> MethodName:
