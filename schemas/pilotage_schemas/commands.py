@@ -83,6 +83,21 @@ class SetAlgorithm(Part):
     recovery_weight: NonNegative = 1.0
 
 
+class SetMethod(Part):
+    """Choose how to localize; what is known of the pose is carried over."""
+
+    method: Literal["markov", "mcl", "ekf"]
+
+
+class SetMap(Part):
+    """Localize on another map than the mapper's, or on the mapper's again.
+
+    `map` is the path of a file on the localizer's machine, or the id of the mapper's map.
+    """
+
+    map: Annotated[str, Field(max_length=4096)]
+
+
 class LoadMap(Part):
     """Load the map file of this path on the mapper's machine and publish it."""
 

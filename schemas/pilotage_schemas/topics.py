@@ -96,6 +96,8 @@ _QUERIES = (
     Query("set_pose", "localizer", c.SetPose, c.Done, "begin from a given pose"),
     Query("relocalize", "localizer", c.Nothing, c.Done, "forget everything, begin from nothing"),
     Query("set_algorithm", "localizer", c.SetAlgorithm, c.Done, "choose M1 or M2"),
+    Query("set_method", "localizer", c.SetMethod, c.Done, "choose how to localize", 30.0),
+    Query("set_map", "localizer", c.SetMap, c.MapLoaded, "localize on another map", 30.0),
     Query("load_map", "mapper", c.LoadMap, c.MapLoaded, "use another map", 10.0),
     Query("restart", "launcher", c.Restart, c.Done, "restart one process"),
 )

@@ -113,13 +113,15 @@ def localize(  # noqa: PLR0913, PLR0917 - the options that design section 4 fixe
     )
 
 
-driver_app = typer.Typer(help="Drivers of robots.", no_args_is_help=True)
+driver_app = typer.Typer(help="Drivers of robots.")
 app.add_typer(driver_app, name="driver")
 
 
-@driver_app.callback()
-def _driver() -> None:
+@driver_app.callback(invoke_without_command=True)
+def _driver(context: typer.Context) -> None:
     """Drivers of robots."""
+    if context.invoked_subcommand is None:
+        sys.stdout.write(f"{context.get_help()}\n")
 
 
 @driver_app.command()
@@ -152,11 +154,19 @@ def run(arguments: list[str]) -> int:
         code = app(arguments or ["--help"], prog_name="pilotage", standalone_mode=False)
     except typer.TyperException as error:
         return _complain(error.format_message(), BAD_INPUT)
-    except (ConfigError, OSError) as error:
+    except ConfigError as error:
         return _complain(str(error), BAD_INPUT)
+    except OSError as error:
+        return _complain(_in_words(error), BAD_INPUT)
     except typer.Abort:
         return _complain("interrupted", FORCED)
     return code if isinstance(code, int) else 0
+
+
+def _in_words(error: OSError) -> str:
+    """Return what the machine refused, without its number for it."""
+    words = error.strerror or str(error)
+    return words if error.filename is None else f"{error.filename}: {words}"
 
 
 def _complain(reason: str, code: int) -> int:

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 from pilotage.bus.clock import SystemClock
-from pilotage.bus.deployment import Deployment, read_deployment, service_settings
+from pilotage.bus.deployment import ConfigError, Deployment, read_deployment, service_settings
 from pilotage.robot.config import RobotSettings
 from pilotage.robot.conformance import check_driver
 from pilotage.robot.driver_choice import make_driver
@@ -34,6 +34,8 @@ def check(spec: str) -> int:
 
 
 def _settings(spec: str) -> RobotSettings:
+    if not spec.strip():
+        raise ConfigError("driver check takes package.module:Class or a deployment file, not ''")
     if _CLASS.fullmatch(spec):
         deployment = Deployment(services={"robot": {"driver": spec}})
     else:

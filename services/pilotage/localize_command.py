@@ -57,7 +57,7 @@ def localize(options: LocalizeOptions) -> None:
     started, started_cpu = time.perf_counter(), time.process_time()
     log, localizer = _inputs(options)
     total = _scans_of(log, options.sensors)
-    options.out.mkdir(parents=True, exist_ok=True)
+    _make_folder(options.out)
     updates: list[float] = []
     scans = 0
     with _estimates_file(options.out) as write, _progress(total) as advance:
@@ -77,6 +77,15 @@ def localize(options: LocalizeOptions) -> None:
         "skipped_lines": log.skipped_lines,
     }
     (options.out / "report.json").write_text(json.dumps(report, indent=2) + "\n", "utf-8")
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:
+        raise ConfigError(f"--out takes a folder; {out} is a file") from error
+    except OSError as error:
+        raise ConfigError(f"--out {out}: cannot be made: {error.strerror}") from error
 
 
 def _inputs(options: LocalizeOptions) -> tuple[Log, MarkovLocalizer]:

@@ -92,8 +92,20 @@ def test_ctrl_c_leaves_no_process(tmp_path: Path) -> None:
         run.send(signal.SIGINT)
         assert run.ended() == 0
         figure(f"stopped after {time.monotonic() - began:.2f} s")
+        assert "stopping (SIGINT); a second signal kills at once" in run.lines
         assert len(children) == 4
         assert not any(lives(pid) for pid in children)
+
+
+def test_a_launcher_that_is_told_to_end_says_so_in_one_line(tmp_path: Path) -> None:
+    run, _ = toys(tmp_path, ann="steady")
+    with run:
+        run.says("ann        ready")
+        run.send(signal.SIGTERM)
+        assert run.ended() == 0
+        assert [line for line in run.lines if line.startswith("stopping")] == [
+            "stopping (SIGTERM); a second signal kills at once"
+        ]
 
 
 def test_a_closed_terminal_ends_even_what_does_not_listen(tmp_path: Path) -> None:

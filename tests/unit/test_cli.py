@@ -1,5 +1,6 @@
 """The command line: one line and code 2 for what cannot be used."""
 
+import errno
 import socket
 from pathlib import Path
 
@@ -153,3 +154,14 @@ def test_ctrl_c_during_a_command_is_no_traceback(
     monkeypatch.setattr(launcher_run, "launch", interrupted)
     assert cli.run(["up", "a.yaml"]) == 130
     assert "Traceback" not in capsys.readouterr().err
+
+
+def test_what_the_machine_refuses_is_told_in_words(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device", "out/estimates.csv")
+
+    monkeypatch.setattr(launcher_run, "launch", full)
+    said = complaint(capsys, "up", "a.yaml")
+    assert said == "pilotage: out/estimates.csv: No space left on device"

@@ -339,3 +339,14 @@ def test_file_named_gz_that_is_not_packed_is_refused(tmp_path: Path) -> None:
 def test_resolution_in_the_map_is_a_length(tmp_path: Path) -> None:
     (tmp_path / "wean.dat").write_text(WEAN.replace("       10\n", "       2.5\n"))
     assert math.isclose(load_map(tmp_path / "wean.dat").geometry.resolution, 0.025)
+
+
+@pytest.mark.parametrize("path", ["", " "])
+def test_an_empty_path_is_no_map(path: str) -> None:
+    with pytest.raises(MapFileError, match="no map file is named"):
+        load_map(path)
+
+
+def test_a_folder_is_no_map_and_told_without_a_number(tmp_path: Path) -> None:
+    with pytest.raises(MapFileError, match=r"cannot be read \(Is a directory\)"):
+        load_map(tmp_path)

@@ -35,12 +35,42 @@ def test_a_driver_with_faults_is_found_out(
     assert total == f"silent_driver:Silent: {len(findings)} to mend"
 
 
-@pytest.mark.parametrize("spec", ["no_such_module:Robot", "pilotage:Robot", "no_such_file.yaml"])
+def test_a_driver_that_fails_in_the_middle_is_a_finding_and_no_traceback(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    faulty = SILENT.replace("return ()", "return self.port.read()").replace("Silent", "Faulty")
+    (tmp_path / "faulty_driver.py").write_text(faulty, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert run(["driver", "check", "faulty_driver:Faulty"]) == 1
+    assert capsys.readouterr().out.splitlines() == [
+        "sense: raised AttributeError: 'Faulty' object has no attribute 'port'",
+        "faulty_driver:Faulty: 1 to mend",
+    ]
+
+
+@pytest.mark.parametrize(
+    "spec", ["no_such_module:Robot", "pilotage:Robot", "no_such_file.yaml", "pilotage:__version__"]
+)
 def test_a_driver_that_cannot_be_had_is_told_in_one_line(
     spec: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["driver", "check", spec]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("spec", ["", "  "])
+def test_a_driver_that_is_not_named_is_asked_for(
+    spec: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["driver", "check", spec]) == 2
+    assert "takes package.module:Class or a deployment file" in capsys.readouterr().err
+
+
+def test_driver_alone_says_what_it_can_do(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["driver"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split() == ["Usage:", "pilotage", "driver", "[OPTIONS]", "COMMAND", "[ARGS]..."]
+    assert any(line.strip().startswith("check ") for line in lines)
 
 
 SILENT = '''

@@ -14,7 +14,17 @@ from pilotage.gateway.commander import MAX_WAITING
 from pilotage.gateway.json_form import from_json, to_json
 from pilotage.gateway.routes.commands import EXAMPLES
 from pilotage_schemas.codec import DecodeError
-from pilotage_schemas.commands import Done, Drive, Kidnap, Kidnapped, SetPose, Stopped
+from pilotage_schemas.commands import (
+    Done,
+    Drive,
+    Kidnap,
+    Kidnapped,
+    MapLoaded,
+    SetMap,
+    SetMethod,
+    SetPose,
+    Stopped,
+)
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.message import Part
 from pilotage_schemas.topics import QUERIES
@@ -66,6 +76,33 @@ def test_an_array_travels_as_nested_lists(world: GatewayWorld) -> None:
     assert world.client.post(f"{ROBOT}/commands/set_pose", json=body).status_code == 200
     assert asked[0].covariance is not None
     np.testing.assert_array_equal(asked[0].covariance, np.diag([1.0, 2.0, 3.0]))
+
+
+def test_the_method_and_the_map_are_chosen_over_http(world: GatewayWorld) -> None:
+    asked: list[Part] = []
+
+    def set_method(request: SetMethod) -> Done:
+        asked.append(request)
+        return Done(detail="localizing by mcl")
+
+    def set_map(request: SetMap) -> MapLoaded:
+        asked.append(request)
+        return MapLoaded(map_id="ab12", rows=3, cols=4)
+
+    world.answer("localizer", "set_method", set_method)
+    world.answer("localizer", "set_map", set_map)
+    answer = world.client.post(f"{ROBOT}/commands/set_method", json={"method": "mcl"})
+    assert answer.json() == {"detail": "localizing by mcl"}
+    answer = world.client.post(f"{ROBOT}/commands/set_map", json={"map": "ab12"})
+    assert answer.json() == {"map_id": "ab12", "rows": 3, "cols": 4}
+    assert asked == [SetMethod(method="mcl"), SetMap(map="ab12")]
+
+
+@pytest.mark.parametrize("body", [{"method": "magic"}, {}, {"method": None}, {"methods": "mcl"}])
+def test_a_method_that_nobody_knows_does_not_reach_the_localizer(
+    world: GatewayWorld, body: dict[str, object]
+) -> None:
+    assert world.client.post(f"{ROBOT}/commands/set_method", json=body).status_code == 422
 
 
 def test_a_refusal_is_a_conflict_with_the_services_reason(world: GatewayWorld) -> None:

@@ -224,7 +224,16 @@ def test_a_file_in_place_of_the_output_folder_is_refused(
     desk: Desk, capsys: pytest.CaptureFixture[str]
 ) -> None:
     desk.out = desk.log
-    assert "run.log" in complaint(desk, capsys)
+    said = complaint(desk, capsys)
+    assert said == f"pilotage: --out takes a folder; {desk.log} is a file"
+
+
+def test_an_output_folder_below_a_file_is_refused(
+    desk: Desk, capsys: pytest.CaptureFixture[str]
+) -> None:
+    desk.out = desk.log / "deep"
+    said = complaint(desk, capsys)
+    assert said == f"pilotage: --out {desk.out}: cannot be made: Not a directory"
 
 
 def test_a_start_is_read_as_numbers() -> None:

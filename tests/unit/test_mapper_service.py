@@ -178,3 +178,12 @@ def test_a_map_that_no_message_can_hold_is_refused_and_the_old_one_stays(
     with pytest.raises(RefusedError, match=r"afar\.yaml: the map cannot be published: x"):
         bench.load(tmp_path / "afar.yaml")
     assert len(bench.maps) == 1
+
+
+@pytest.mark.parametrize(("path", "reason"), [("", "the path is empty"), (".", "a directory")])
+def test_a_path_that_names_no_file_is_refused_in_words(hall: Path, path: str, reason: str) -> None:
+    bench = Bench(MapperSettings(map=hall))
+    with pytest.raises(RefusedError, match=reason) as refused:
+        bench.asking.ask("load_map", LoadMap(path=path))
+    assert "Errno" not in str(refused.value)
+    assert len(bench.maps) == 1

@@ -1,6 +1,9 @@
 """What the conformance check says of good and of bad drivers."""
 
+import re
 from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 import pytest
@@ -145,6 +148,66 @@ class Jumping(SeeingToy):
         return super().sense(now_ns)
 
 
+class Closed(SeeingToy):
+    def __enter__(self) -> Self:
+        raise PermissionError("/dev/ttyUSB0")
+
+
+class Unclosable(SeeingToy):
+    def __exit__(self, *_: object) -> None:
+        raise ValueError("never opened")
+
+
+class Mute(SeeingToy):
+    def describe(self) -> RobotDescription:
+        return None  # type: ignore[return-value]  # what a forgotten return gives
+
+
+class Dumb(SeeingToy):
+    def describe(self) -> RobotDescription:
+        return RobotDescription(name="half")  # type: ignore[call-arg]  # fields forgotten
+
+
+class Blank(SeeingToy):
+    def sense(self, now_ns: int) -> Iterable[Measurement]:
+        list(super().sense(now_ns))
+        return None  # type: ignore[return-value]  # what a forgotten return gives
+
+
+class Torn(SeeingToy):
+    def sense(self, now_ns: int) -> Iterable[Measurement]:
+        yield from super().sense(now_ns)
+        raise ZeroDivisionError("division by zero")
+
+
+class Endless(SeeingToy):
+    def sense(self, now_ns: int) -> Iterable[Measurement]:
+        while True:
+            yield Measurement("odometry", odometry(now_ns))
+
+
+class Bare(SeeingToy):
+    def sense(self, now_ns: int) -> Iterable[Measurement]:
+        yield ("odometry", odometry(now_ns))  # type: ignore[misc]  # a pair is none
+
+
+class Empty(SeeingToy):
+    def sense(self, now_ns: int) -> Iterable[Measurement]:
+        yield from super().sense(now_ns)
+        yield Measurement("odometry", None)  # type: ignore[arg-type]  # nothing is no message
+
+
+class Wedged(SeeingToy):
+    def drive(self, twist: Twist2) -> None:
+        super().drive(twist)
+        raise TimeoutError("no reply")
+
+
+class Loose(SeeingToy):
+    def stop(self) -> None:
+        raise AttributeError("no brake")
+
+
 @pytest.mark.parametrize(
     ("kind", "finding"),
     [
@@ -164,6 +227,17 @@ class Jumping(SeeingToy):
         (Shapeless, "describe: a footprint needs 3 corners or more, not 1"),
         (Immobile, "describe: it takes commands, but max_linear and max_angular are 0"),
         (Jumping, "odometry: jumped by 5"),
+        (Closed, "__enter__: raised PermissionError: /dev/ttyUSB0"),
+        (Unclosable, "__exit__: raised ValueError: never opened"),
+        (Mute, "describe: gave NoneType, not RobotDescription"),
+        (Dumb, "describe: raised ValidationError: "),
+        (Blank, "sense: raised TypeError: 'NoneType' object is not iterable"),
+        (Torn, "sense: raised ZeroDivisionError: division by zero"),
+        (Endless, "sense: one look never ends"),
+        (Bare, "sense: yields tuple, not Measurement(topic, message)"),
+        (Empty, "odometry: carries Odometry, not NoneType"),
+        (Wedged, "drive: raised TimeoutError: no reply"),
+        (Loose, "stop: raised AttributeError: no brake"),
     ],
 )
 def test_what_is_wrong_is_found_and_said_once(kind: type[SeeingToy], finding: str) -> None:
@@ -194,3 +268,36 @@ def test_a_driver_that_does_not_open_is_said_so() -> None:
     robot = SeeingToy()
     robot.broken = "no such port"
     assert findings(robot) == ["the driver gave up: no such port"]
+
+
+def test_a_driver_that_fails_is_closed_all_the_same() -> None:
+    robot = Torn()
+    assert findings(robot)
+    assert not robot.is_open
+
+
+def test_a_driver_that_fails_twice_is_told_both() -> None:
+    class Hopeless(Mute, Unclosable):
+        pass
+
+    said = findings(Hopeless())
+    assert [line.split(":")[0] for line in said] == ["describe", "__exit__"]
+
+
+def test_our_own_faults_are_not_laid_at_the_drivers_door() -> None:
+    def broken_wait(_seconds: float) -> None:
+        raise OSError("ours")
+
+    with pytest.raises(OSError, match="ours"):
+        list(check_driver(SeeingToy(), HandClock(), broken_wait))
+
+
+def test_the_example_of_the_readme_keeps_every_promise(repository: Path) -> None:
+    readme = repository / "services" / "pilotage" / "robot" / "README.md"
+    (example,) = re.findall(r"```python\n(.*?)```", readme.read_text("utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(example, str(readme), "exec"), names)  # noqa: S102 - our own README
+    assert findings(names["MyRobot"]()) == []
+    assert findings(names["MyRobot"](port="/dev/tty9")) == [
+        "the driver gave up: nothing answers at /dev/tty9"
+    ]

@@ -1,5 +1,6 @@
 """Which driver the settings name, and what is said when it cannot be had."""
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -68,6 +69,41 @@ def test_a_driver_that_cannot_be_made_is_named_with_the_reason(
     with pytest.raises(ConfigError, match=reason) as refused:
         load_driver(spec, settings)
     assert spec in str(refused.value)
+
+
+FOREIGN = {
+    "unfinished": ("def f(:", "foreign cannot be imported: SyntaxError: "),
+    "failing": ("raise RuntimeError('no licence')", "imported: RuntimeError: no licence"),
+    "leaving": ("raise SystemExit('bye')", "imported: SystemExit: bye"),
+    "missing a part": ("import no_such_part", "No module named 'no_such_part'"),
+    "no class": ("Robot = {}", "cannot be made: TypeError: 'dict' object is not callable"),
+    "broken": (
+        "class Robot:\n    def __init__(self): self.port.open()",
+        "cannot be made: AttributeError: 'Robot' object has no attribute 'port'",
+    ),
+    "giving up": (
+        "import pilotage.robot.driver as d\ndef Robot(): raise d.DriverError('no port')",
+        "driver foreign:Robot: no port",
+    ),
+    "empty": (
+        "class Robot: pass",
+        "is no driver: it has no __enter__, __exit__, describe, sense, drive, stop",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FOREIGN)
+def test_whatever_a_foreign_driver_raises_is_named_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str
+) -> None:
+    source, reason = FOREIGN[fault]
+    (tmp_path / "foreign.py").write_text(source, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "foreign", raising=False)
+    with pytest.raises(ConfigError) as refused:
+        load_driver("foreign:Robot", {})
+    assert reason in str(refused.value)
+    assert "\n" not in str(refused.value)
 
 
 def test_a_driver_that_does_not_open_ends_the_service_with_one_line(

@@ -32,6 +32,8 @@ def load_map(path: str | Path) -> OccupancyMap:
     Raises:
         MapFileError: saying in one sentence which file is wrong and why.
     """
+    if not str(path).strip():
+        raise MapFileError("no map file is named: the path is empty")
     file = Path(path)
     content = _read_bytes(file)
     if is_wean_map(content):
@@ -78,7 +80,9 @@ def _read_bytes(file: Path) -> bytes:
         return read_maybe_gzip(file, LARGEST_FILE)
     except FileNotFoundError:
         raise MapFileError(f"{file}: the map file does not exist") from None
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        raise MapFileError(f"{file}: the map file cannot be read ({error.strerror})") from None
+    except ValueError as error:
         raise MapFileError(f"{file}: the map file cannot be read ({error})") from None
 
 

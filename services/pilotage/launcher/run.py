@@ -90,6 +90,9 @@ def _run(
                 if ending is None and not stop.asked:
                     ending = _supervise(supervisor, deployment, stop, lambda: when_served(address))
             finally:
+                if stop.asked:
+                    # Not in the handler: the console's lock may be held where the signal came.
+                    console.say(f"stopping ({stop.asked_by}); a second signal kills at once")
                 supervisor.stop(settings.stop_within)
     return ending
 

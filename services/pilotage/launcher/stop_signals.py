@@ -13,14 +13,20 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 class StopSignals(AbstractContextManager["StopSignals"]):
     """Within its context the first signal sets `asked` and calls `on_ask`, the second `force`.
 
+    `asked_by` is the name of the first, empty before it.
     `force()` runs in the signal handler, and the process ends right after it.
     """
 
     def __init__(self, force: Callable[[], None]) -> None:
-        self.asked = False
+        self.asked_by = ""
         self.on_ask: Callable[[], None] = lambda: None
         self._force = force
         self._former = {number: signal.getsignal(number) for number in NUMBERS}
+
+    @property
+    def asked(self) -> bool:
+        """Whether a signal has come."""
+        return bool(self.asked_by)
 
     def __enter__(self) -> Self:
         for number in NUMBERS:
@@ -35,5 +41,5 @@ class StopSignals(AbstractContextManager["StopSignals"]):
         if self.asked:
             self._force()
             os._exit(128 + number)
-        self.asked = True
+        self.asked_by = signal.Signals(number).name
         self.on_ask()

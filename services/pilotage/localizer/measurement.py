@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.core.scans import scan_points
+from pilotage.localizer.landmark_sightings import Sightings
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,8 @@ class Measurement:
     """What the sensors saw at one moment.
 
     `ends`: (n, 2) ends of the laser beams that weigh the belief, in base_link; `all_ends` (m, 2)
-    of all of them, for refining the pose; `compass`: yaw in map and its standard deviation [rad].
+    of all of them, for refining the pose; `compass`: yaw in map and its standard deviation [rad];
+    `landmarks`: sightings from base_link.
     """
 
     beams: "Beams | None" = None
@@ -47,6 +49,7 @@ class Measurement:
     all_ends: NDArray[np.float64] | None = None
     ranges: Ranges | None = None
     compass: tuple[float, float] | None = None
+    landmarks: Sightings | None = None
 
     def with_compass(self, compass: tuple[float, float] | None) -> "Measurement":
         """Return the same measurement with what the compass said."""
@@ -85,3 +88,8 @@ def ranges_measurement(
     ahead = x * np.cos(directions) + y * np.sin(directions)
     heard = ranges.astype(np.float64)
     return Measurement(ranges=Ranges(directions, heard + ahead, range_max))
+
+
+def landmarks_measurement(seen: Sightings, base_from_sensor: ArrayLike) -> Measurement:
+    """Return sightings from a sensor's mount (3,) as a measurement."""
+    return Measurement(landmarks=seen.from_mount(base_from_sensor))

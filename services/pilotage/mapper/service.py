@@ -30,6 +30,8 @@ class MapperService:
 
     def load(self, request: LoadMap) -> MapLoaded:
         """Use the map of this path from now on; a damaged file leaves the old map in use."""
+        if not request.path.strip():
+            raise RefusedError("the path is empty: name a map file")
         try:
             grid = self._publish(Path(request.path))
         except MapFileError as error:

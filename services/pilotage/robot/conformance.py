@@ -5,13 +5,14 @@ The robot is driven forward slowly for two seconds: it must stand on free ground
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 
 from pilotage.bus.clock import Clock
-from pilotage.robot.driver import DriverError, Measurement, Playback, RobotDriver
+from pilotage.robot.driver import DriverError, Measurement, Playback, RobotDriver, in_words
 from pilotage_schemas.codec import encode
 from pilotage_schemas.geometry import Twist2
 from pilotage_schemas.message import Message
@@ -29,10 +30,16 @@ STANDING_WITHIN = 0.6
 TRIAL_SPEED = 0.1
 STILL = 0.02
 """m/s and rad/s."""
+MOST_AT_ONCE = 10_000
+"""Measurements of one look; more come only from a generator that never ends."""
 LARGEST_ROBOT = 5.0
 """m from the centre to the farthest point of a footprint; more was meant in other units."""
 
 Wait = Callable[[float], None]
+
+
+class _BrokenError(Exception):
+    """A driver did what leaves nothing to go on with; the text is the finding."""
 
 
 @dataclass
@@ -46,15 +53,53 @@ class Trial:
 
 def check_driver(driver: RobotDriver, clock: Clock, wait: Wait) -> Iterator[str]:
     """Open the driver, watch it, drive it, stop it; yield what is wrong, one line each."""
+    with ExitStack() as opened:
+        yield from _until_broken(_of_open(opened, driver, clock, wait))
+        yield from _until_broken(_of_closing(opened))
+
+
+def _of_open(opened: ExitStack, driver: RobotDriver, clock: Clock, wait: Wait) -> Iterator[str]:
+    with _foreign("__enter__"):
+        opened.enter_context(driver)
+    description = _described(driver)
+    yield from _of_description(description, _described(driver))
+    yield from _of_trial(_watched(driver, clock, wait), description)
+    if not isinstance(driver, Playback):
+        yield from _of_driving(driver, description.max_linear, clock, wait)
+
+
+def _of_closing(opened: ExitStack) -> Iterator[str]:
+    with _foreign("__exit__"):
+        opened.close()
+    yield from ()
+
+
+def _until_broken(findings: Iterator[str]) -> Iterator[str]:
     try:
-        with driver:
-            description = driver.describe()
-            yield from _of_description(description, driver.describe())
-            yield from _of_trial(_watched(driver, clock, wait), description)
-            if not isinstance(driver, Playback):
-                yield from _of_driving(driver, description.max_linear, clock, wait)
+        yield from findings
     except DriverError as error:
         yield f"the driver gave up: {error}"
+    except _BrokenError as error:
+        yield str(error)
+
+
+@contextmanager
+def _foreign(method: str) -> Iterator[None]:
+    """Make a finding of whatever a method of the driver raises: it is not our code that failed."""
+    try:
+        yield
+    except DriverError:
+        raise
+    except Exception as error:
+        raise _BrokenError(f"{method}: raised {in_words(error)}") from error
+
+
+def _described(driver: RobotDriver) -> RobotDescription:
+    with _foreign("describe"):
+        description: object = driver.describe()
+    if not isinstance(description, RobotDescription):
+        raise _BrokenError(f"describe: gave {type(description).__name__}, not RobotDescription")
+    return description
 
 
 def _of_description(first: RobotDescription, again: RobotDescription) -> Iterator[str]:
@@ -74,7 +119,10 @@ def _watched(driver: RobotDriver, clock: Clock, wait: Wait) -> Trial:
     end = clock.monotonic() + WATCHED
     while (begun := clock.monotonic()) < end:
         now_ns = clock.now_ns()
-        measurements = list(driver.sense(now_ns))
+        with _foreign("sense"):
+            measurements = list(islice(driver.sense(now_ns), MOST_AT_ONCE))
+        if len(measurements) == MOST_AT_ONCE:
+            raise _BrokenError("sense: one look never ends; it must return what has come by now")
         trial.slowest_call = max(trial.slowest_call, clock.monotonic() - begun)
         for measurement in measurements:
             _take(trial, measurement, now_ns)
@@ -82,10 +130,13 @@ def _watched(driver: RobotDriver, clock: Clock, wait: Wait) -> Trial:
     return trial
 
 
-def _take(trial: Trial, measurement: Measurement, now_ns: int) -> None:
+def _take(trial: Trial, measurement: object, now_ns: int) -> None:
+    if not isinstance(measurement, Measurement):
+        text = f"sense: yields {type(measurement).__name__}, not Measurement(topic, message)"
+        trial.findings.setdefault(("sense", "kind"), text)
+        return
     name, message = measurement.topic, measurement.message
     topic = TOPICS.get(name)
-    ahead = (message.stamp_ns - now_ns) / 1e9
     if topic is None or topic.owner != "robot":
         text = f"{name}: no topic of the robot; there are {', '.join(_own_topics())}"
         trial.findings.setdefault((name, "topic"), text)
@@ -94,6 +145,7 @@ def _take(trial: Trial, measurement: Measurement, now_ns: int) -> None:
         trial.findings.setdefault((name, "message"), text)
     else:
         trial.heard.setdefault(name, []).append(message)
+        ahead = (message.stamp_ns - now_ns) / 1e9
         if abs(ahead) > CLOCK_TOLERANCE_S:
             text = f"{name}: stamped {ahead:+.1f} s from now; stamps are Unix time in ns"
             trial.findings.setdefault((name, "clock"), text)
@@ -147,9 +199,11 @@ def _of_scans(trial: Trial, frames: set[str]) -> Iterator[str]:
 def _of_driving(driver: RobotDriver, max_linear: float, clock: Clock, wait: Wait) -> Iterator[str]:
     """Drive slowly, stop, and compare with the odometry's twist."""
     speed = min(TRIAL_SPEED, max_linear)
-    driver.drive(Twist2(vx=speed, vy=0.0, omega=0.0))
+    with _foreign("drive"):
+        driver.drive(Twist2(vx=speed, vy=0.0, omega=0.0))
     driving = _watched(driver, clock, wait)
-    driver.stop()
+    with _foreign("stop"):
+        driver.stop()
     told_ns = clock.now_ns()
     stopped = _watched(driver, clock, wait)
     if speed > STILL and not any(_moves(m) for m in driving.heard.get("odometry", [])):

@@ -18,6 +18,11 @@ class DriverError(RuntimeError):
     """The robot cannot do what was asked; the text says why, in one line."""
 
 
+def in_words(error: BaseException) -> str:
+    """Return kind and message of whatever a driver raised, in one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
 @dataclass(frozen=True)
 class Measurement:
     """A message and the topic of the registry that it goes out by; its `seq` is set there."""

@@ -29,6 +29,11 @@ EXAMPLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "set_pose": ({"pose": POSE, "covariance": COVARIANCE}, {"detail": ""}),
     "relocalize": ({}, {"detail": ""}),
     "set_algorithm": ({"algorithm": "m2", "recovery_weight": 1.0}, {"detail": ""}),
+    "set_method": ({"method": "mcl"}, {"detail": "localizing by mcl"}),
+    "set_map": (
+        {"map": "maps/ground_floor.yaml"},
+        {"map_id": "9b1e5d0c77aa4f32", "rows": 640, "cols": 900},
+    ),
     "load_map": (
         {"path": "maps/office.yaml"},
         {"map_id": "5f3c0a9be2d41c77", "rows": 800, "cols": 1200},

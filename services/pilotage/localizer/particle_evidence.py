@@ -1,0 +1,158 @@
+"""What a measurement says about particles: all models of a map, multiplied.
+
+Scans by the likelihood field and by what beams may not see through; single rangers by the
+expected range (Wu & Bell 2003, eq. 5); compass (eq. 12); landmarks.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.core.landmark_map import LandmarkMap
+from pilotage.localizer import particle_kernels as kernels
+from pilotage.localizer.compass import compass_likelihood
+from pilotage.localizer.landmark_model import landmark_likelihoods
+from pilotage.localizer.measurement import Measurement, Ranges
+from pilotage.localizer.particle_field import BeamModel, particle_field
+from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
+from pilotage.localizer.range_model import (
+    LEVELS,
+    RangeModelParams,
+    RangeTable,
+    range_likelihoods,
+    range_table,
+)
+from pilotage.localizer.visibility import VisibilityParams, levels_allowed, optimistic_ranges
+
+HOPELESS = 15.0
+"""-log of a particle's likelihood, relative to the best, from which visibility is not asked."""
+
+
+@dataclass(frozen=True)
+class EvidenceParams:
+    """Parameters of the sensor models.
+
+    `tempering`: exponent of a scan's likelihood, see MarkovParams. `tables`: cells and headings of
+    the tables of ranges. `visibility`: None leaves the term out, and saves its table.
+    """
+
+    tempering: float = 0.15
+    beam: BeamModel = field(default_factory=BeamModel)
+    ranges: RangeModelParams = field(default_factory=RangeModelParams)
+    visibility: VisibilityParams | None = field(default_factory=VisibilityParams)
+    tables: PoseGridParams = field(default_factory=PoseGridParams)
+
+
+@dataclass(frozen=True)
+class Novelty:
+    """How much of a new measurement one is, 0 to 1, for a scan and for what sees a direction."""
+
+    of_scan: float = 1.0
+    of_ranges: float = 1.0
+
+
+@dataclass(frozen=True)
+class Word:
+    """What a measurement says of particles: `logs` (n,), their log likelihoods.
+
+    `fits` (n,): mean likelihood of a beam or sighting, None where there was only a compass.
+    """
+
+    logs: NDArray[np.float64]
+    fits: NDArray[np.float64] | None
+
+
+class ParticleEvidence:
+    """The sensor models over one map.
+
+    `sight` is the map's table of optimistic ranges, if it is at hand.
+    """
+
+    def __init__(
+        self,
+        world: OccupancyMap,
+        params: EvidenceParams,
+        sight: RangeTable | None = None,
+        landmarks: LandmarkMap | None = None,
+    ) -> None:
+        self._world = world
+        self._params = params
+        self._landmarks = landmarks
+        self._field = particle_field(world, params.beam)
+        self._cells = pose_grid(world, params.tables).geometry
+        self.sight = sight or self._sight()
+        self._expected: RangeTable | None = None
+
+    def weigh(
+        self, poses: NDArray[np.float64], seen: Measurement, novelty: Novelty | None = None
+    ) -> Word:
+        """Return what a measurement says about poses (n, 3)."""
+        new = novelty or Novelty()
+        raw, parts = np.zeros(len(poses)), 0
+        logs = np.zeros(len(poses))
+        if seen.ends is not None and len(self._field.used(seen.ends)):
+            scan = self._field.log_likelihoods(poses, seen.ends)
+            raw, parts = raw + scan, parts + len(self._field.used(seen.ends))
+            logs += self._params.tempering * new.of_scan * scan
+            logs += new.of_scan * self._seen_through(poses, seen.ends, logs)
+        if seen.landmarks is not None and self._landmarks is not None and len(seen.landmarks.kinds):
+            sighted = landmark_likelihoods(poses, seen.landmarks, self._landmarks)
+            raw, parts = raw + sighted, parts + len(seen.landmarks.kinds)
+            logs += new.of_ranges * sighted
+        if seen.ranges is not None and len(seen.ranges.ranges):
+            heard = self._of_ranges(poses, seen.ranges)
+            raw, parts = raw + heard, parts + len(seen.ranges.ranges)
+            logs += new.of_ranges * heard
+        if seen.compass is not None:
+            yaw, sigma = seen.compass
+            logs += new.of_ranges * np.log(compass_likelihood(poses[:, 2], yaw, sigma))
+        return Word(logs, np.exp(raw / parts) if parts else None)
+
+    def _seen_through(
+        self, poses: NDArray[np.float64], ends: NDArray[np.float64], logs: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return -penalty times the beams that would go through a wall, for hopeful poses."""
+        through, params = np.zeros(len(poses)), self._params.visibility
+        if params is None or self.sight is None:
+            return through
+        allowed = levels_allowed(np.hypot(*ends.T), params)
+        costs = params.penalty * (np.arange(LEVELS + 1)[None, :] < allowed[:, None])
+        hopeful = np.nonzero(logs >= logs.max() - HOPELESS)[0]
+        bearings = np.arctan2(ends[:, 1], ends[:, 0])
+        through[hopeful] = self._summed(poses[hopeful], bearings, costs, self.sight)
+        return -through
+
+    def _of_ranges(self, poses: NDArray[np.float64], seen: Ranges) -> NDArray[np.float64]:
+        if self._expected is None or self._expected.range_max != seen.range_max:
+            headings = self._params.tables.headings
+            self._expected = range_table(self._world, self._cells, headings, seen.range_max)
+        costs = -np.log(range_likelihoods(seen.ranges, seen.range_max, self._params.ranges))
+        return -self._summed(poses, seen.bearings, costs, self._expected)
+
+    def _summed(
+        self,
+        poses: NDArray[np.float64],
+        bearings: NDArray[np.float64],
+        costs: NDArray[np.floating],
+        table: RangeTable,
+    ) -> NDArray[np.float64]:
+        total = np.empty(len(poses))
+        expected = (table.levels, _cells(self._cells))
+        narrow = np.ascontiguousarray(costs, np.float32)
+        kernels.sum_levels(poses, np.ascontiguousarray(bearings), narrow, expected, total)
+        return total
+
+    def _sight(self) -> RangeTable | None:
+        params = self._params
+        if params.visibility is None:
+            return None
+        headings = params.tables.headings
+        return optimistic_ranges(self._world, self._cells, headings, params.visibility)
+
+
+def _cells(geometry: GridGeometry) -> kernels.Cells:
+    """Return the place of a grid as a kernel takes it, without a table of its own."""
+    nothing = np.empty(0, np.uint8)
+    return kernels.Cells(nothing, geometry.cols, 0, *geometry.origin, geometry.resolution)

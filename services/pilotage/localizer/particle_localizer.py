@@ -1,0 +1,214 @@
+"""Monte Carlo localization with a verdict: the same offer as MarkovLocalizer, by particles.
+
+Pure but for its own random generator: stamps come with the measurements, poses with odometry.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pilotage.core import se2
+from pilotage.core.grid import OccupancyMap
+from pilotage.core.landmark_map import LandmarkMap
+from pilotage.localizer.estimate import Estimate, Memory
+from pilotage.localizer.markov_grid import MotionSpread
+from pilotage.localizer.measurement import Measurement
+from pilotage.localizer.method import MethodName
+from pilotage.localizer.modes import Mode, apart, find_modes
+from pilotage.localizer.particle_belief import (
+    BIN_SIZE,
+    BIN_TURN,
+    ParticleBelief,
+    particle_belief,
+)
+from pilotage.localizer.particle_evidence import EvidenceParams, Novelty, ParticleEvidence
+from pilotage.localizer.particle_filter import ParticleFilter
+from pilotage.localizer.particle_judge import ParticleJudge
+from pilotage.localizer.particle_motion import MotionModel
+from pilotage.localizer.particle_recovery import FitMemory, RecoveryParams
+from pilotage.localizer.particle_resampling import KldParams, draw
+from pilotage.localizer.particle_start import free_space
+from pilotage.localizer.range_model import RangeTable
+from pilotage.localizer.verdict import VerdictParams
+
+SAMPLES = 5_000
+"""Bins that the modes are looked for in."""
+
+REMEMBERED = 2_000
+"""Bins kept in a memory; what they leave out comes back as particles anywhere."""
+
+STANDING = 0.1
+"""Novelty of a measurement from the same place: people move, the noise is new."""
+
+
+@dataclass(frozen=True)
+class ParticleParams:
+    """Parameters of the particle filter.
+
+    `beams`: beams of a scan that are used. `start`: particles of an unknown start, before the
+    first measurement thins them out. `update_way` [m], `update_turn` [rad], `update_after` [s]:
+    as in MarkovParams.
+    """
+
+    beams: int = 60
+    start: int = 500_000
+    update_way: float = 0.25
+    update_turn: float = 0.20
+    update_after: float = 1.0
+    motion: MotionModel = field(default_factory=MotionSpread)
+    kld: KldParams = field(default_factory=KldParams)
+    recovery: RecoveryParams = field(default_factory=RecoveryParams)
+    evidence: EvidenceParams = field(default_factory=EvidenceParams)
+    verdict: VerdictParams = field(default_factory=VerdictParams)
+
+
+class ParticleLocalizer:
+    """Particles on a map, moved by odometry and weighed by measurements.
+
+    `sight` is the map's table of optimistic ranges, if it is at hand from an earlier run.
+    """
+
+    name: MethodName = "mcl"
+
+    def __init__(
+        self,
+        world: OccupancyMap,
+        params: ParticleParams,
+        sight: RangeTable | None = None,
+        landmarks: LandmarkMap | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> None:
+        self.params = params
+        self.world = world
+        self._rng = rng or np.random.default_rng(0)
+        self._free = free_space(world)
+        self._evidence = ParticleEvidence(world, params.evidence, sight, landmarks)
+        self.sight = self._evidence.sight
+        self.filter = ParticleFilter(self._free, params.motion, params.kld)
+        self._fits = FitMemory(params.recovery)
+        self._recovers = True
+        self._judge = ParticleJudge(world, params.verdict)
+        self._odom_from_base: NDArray[np.float64] | None = None
+        self._stamp_ns = 0
+        self.start_anywhere()
+
+    @property
+    def belief(self) -> ParticleBelief:
+        """What the particles believe now, in bins."""
+        return particle_belief(self.filter.poses, self.filter.weights, self.world.geometry)
+
+    def start_anywhere(self) -> None:
+        """Forget everything: the robot may be in any free place."""
+        self.filter.set_uniform(self.params.start, self._rng)
+        self._begin([])
+
+    def start_at(self, map_from_base: ArrayLike, covariance: NDArray[np.float64]) -> None:
+        """Begin near a pose (3,); ValueError if it is not in free space."""
+        self.filter.set_gaussian(map_from_base, covariance, self._rng)
+        self._begin(self._modes())
+
+    def resume(self, memory: Memory) -> None:
+        """Go on from what an earlier run remembered; the next measurement has to confirm it."""
+        self.filter.set_states(memory.poses, memory.weights, self._rng)
+        self._begin(self._modes(), was_localized=memory.was_localized)
+        self._odom_from_base, self._stamp_ns = memory.odom_from_base, memory.stamp_ns
+
+    def remember(self) -> Memory | None:
+        """Return what `resume` needs, or None before the first measurement."""
+        if self._odom_from_base is None:
+            return None
+        poses, weights = self.belief.heaviest(REMEMBERED)
+        localized = self.estimate.state == "localized"
+        return Memory(poses, weights, self._odom_from_base, self._stamp_ns, localized)
+
+    def restart_odometry(self) -> None:
+        """Odometry counts from a new origin; the belief stays where it is."""
+        self._odom_from_base = None
+
+    def wants(
+        self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
+    ) -> bool:
+        """Say whether a measurement tells more than the last one did: by motion or surprise."""
+        if self._odom_from_base is None:
+            return True
+        increment = self._increment_to(odom_from_base)
+        way, turn = apart(increment, np.zeros(3))
+        moved = way / self.params.update_way + turn / self.params.update_turn
+        waited = (stamp_ns - self._stamp_ns) / 1e9
+        is_due = moved >= 1.0 or not 0.0 <= waited < self.params.update_after
+        return is_due or self._judge.is_surprised(increment, measurement)
+
+    def update(
+        self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
+    ) -> Estimate:
+        """Predict up to `odom_from_base` (3,), correct by the measurement, judge the belief."""
+        increment = self._increment_to(odom_from_base)
+        surprise = self._judge.is_surprised(increment, measurement)
+        self.filter.predict(increment, self._rng)
+        novelty = Novelty() if surprise else self._novelty(increment)
+        self._correct(measurement, novelty)
+        self._recover(measurement, novelty, surprise=surprise)
+        self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
+        modes = self._modes()
+        return self._judge.judge(modes, increment, measurement, surprise=surprise)
+
+    def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the last estimated pose (3,) moved on by odometry since."""
+        return se2.compose(self.estimate.pose, self._increment_to(odom_from_base))
+
+    def choose_algorithm(self, algorithm: Literal["m1", "m2"], recovery_weight: float) -> None:
+        """Draw particles anew when measurements do not fit (m2), or never (m1, or no weight)."""
+        self._recovers = algorithm == "m2" and recovery_weight > 0.0
+
+    @property
+    def estimate(self) -> Estimate:
+        """What was last said."""
+        return self._judge.estimate
+
+    def _begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
+        self._fits.forget()
+        self._judge.begin(modes, was_localized=was_localized)
+        self.restart_odometry()
+
+    def _increment_to(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self._odom_from_base is None:
+            return np.zeros(3)
+        return se2.between(self._odom_from_base, odom_from_base)
+
+    def _novelty(self, increment: NDArray[np.float64]) -> Novelty:
+        """Return how much of a new measurement this is, see MarkovLocalizer."""
+        if self._odom_from_base is None:
+            return Novelty()
+        way, turn = apart(increment, np.zeros(3))
+        moved = way / self.params.update_way
+        of_scan = min(1.0, max(moved + turn / np.pi, STANDING))
+        return Novelty(of_scan, min(1.0, max(moved + turn / self.params.update_turn, STANDING)))
+
+    def _correct(self, measurement: Measurement, novelty: Novelty) -> None:
+        """Weigh the particles, and note how well the measurement fits them."""
+        word = self._evidence.weigh(self.filter.poses, measurement, novelty)
+        if word.fits is not None:
+            self._fits.note(float(self.filter.weights @ word.fits))
+        self.filter.weigh(word.logs)
+        if self.filter.is_depleted:
+            self.filter.resample(self._rng)
+
+    def _recover(self, measurement: Measurement, novelty: Novelty, *, surprise: bool) -> None:
+        """Give a share of the belief to places that the measurement speaks for."""
+        params = self.params.recovery
+        share = max(self._fits.share, params.surprised if surprise else 0.0)
+        count = round(share * self.params.kld.most)
+        if not (self._recovers and count):
+            return
+        candidates = self._free.draw(params.candidates * count, self._rng)
+        logs = self._evidence.weigh(candidates, measurement, novelty).logs
+        chosen = draw(np.exp(logs - logs.max()), count, self._rng)
+        self.filter.admit(candidates[chosen], share)
+
+    def _modes(self) -> list[Mode]:
+        """Return the modes; each pose is known no better than a bin is wide (w^2 / 12)."""
+        width = np.diag([BIN_SIZE**2, BIN_SIZE**2, BIN_TURN**2]) / 12.0
+        found = find_modes(*self.belief.heaviest(SAMPLES))
+        return [replace(mode, covariance=mode.covariance + width) for mode in found]
