@@ -14,6 +14,9 @@ INSIDE = 0.4
 LEAST_STEP = 0.4
 """A ray moves on by so much [cells] at least."""
 
+NOWHERE = -1e3
+"""Evidence for a pose in a wall or off the map."""
+
 
 @kernel
 def distance_at(distance: NDArray[np.float32], x: float, y: float) -> float:
@@ -47,26 +50,6 @@ def first_wall(
             return travelled
         travelled += max(near - INSIDE, LEAST_STEP)
     return reach
-
-
-@kernel
-def beams_met(
-    distance: NDArray[np.float32], pose: NDArray[np.float64], beams: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return for each beam (n, 2: bearing, range [cells]) from a pose (3,) two distances (n, 2).
-
-    How far its end lies from the nearest wall (-1 off the map), and how far off is the
-    first wall that a ray along it meets, up to a metre's worth of cells beyond its end.
-    """
-    met = np.empty((len(beams), 2))
-    for i in range(len(beams)):
-        angle = pose[2] + beams[i, 0]
-        length = beams[i, 1]
-        met[i, 0] = distance_at(
-            distance, pose[0] + length * np.cos(angle), pose[1] + length * np.sin(angle)
-        )
-        met[i, 1] = first_wall(distance, pose[0], pose[1], angle, 1.5 * length + 20.0)
-    return met
 
 
 @kernel
@@ -144,3 +127,87 @@ def _solved(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float6
     x2 = y2 / l22
     x1 = (y1 - l21 * x2) / l11
     return np.array([(y0 - l10 * x1 - l20 * x2) / l00, x1, x2])
+
+
+@kernel
+def weigh_poses(
+    distance: NDArray[np.float32],
+    poses: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    rays: NDArray[np.float64],
+    mount: NDArray[np.float64],
+    limits: NDArray[np.float64],
+    reach: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    silent_weights: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Refine poses (n, 3) on the ends (m, 2) of beams and weigh each by rays (k, 4).
+
+    Args:
+        distance: (rows, cols) to the nearest obstacle.
+        poses: of the robot.
+        ends: of all beams that came back, in the robot's frame.
+        rays: bearing, length, 1 where nothing came back, and weight of each ray of the laser.
+        mount: (3,) of the laser on the robot.
+        limits: (5,) classes of an end's distance, and tolerance of a range.
+        reach: (3,) of the pull of an obstacle, and how far a pose may move and turn.
+        weights: (3, 5) of beams that went through, met, fell short; by class of distance.
+        silent_weights: (2,) of beams without a return: rightly, and through an obstacle.
+
+    Returns:
+        The refined poses (n, 3), and per pose (n, 3) the evidence, the share of rays that met
+        an obstacle as they should, and the share that went through one.
+    """
+    refined = np.empty_like(poses)
+    sums = np.zeros((len(poses), 3))
+    for i in range(len(poses)):
+        pose = refined_pose(distance, poses[i], ends, reach[0], 1.0)
+        moved = np.hypot(pose[0] - poses[i, 0], pose[1] - poses[i, 1])
+        if moved > reach[1] or abs(pose[2] - poses[i, 2]) > reach[2]:
+            pose = poses[i].copy()
+        refined[i] = pose
+        if distance_at(distance, pose[0], pose[1]) < 0.5:
+            sums[i, 0] = NOWHERE
+            continue
+        cos, sin = np.cos(pose[2]), np.sin(pose[2])
+        x = pose[0] + cos * mount[0] - sin * mount[1]
+        y = pose[1] + sin * mount[0] + cos * mount[1]
+        for ray in rays:
+            kind, place = _met(distance, x, y, pose[2] + mount[2] + ray[0], ray, limits)
+            if ray[2] > 0.0:
+                through = kind == 0
+                sums[i, 0] += ray[3] * silent_weights[1 if through else 0]
+            else:
+                through = kind == 0
+                sums[i, 0] += ray[3] * weights[kind, place]
+                if kind == 1 and place < 3:
+                    sums[i, 1] += 1.0
+            if through:
+                sums[i, 2] += 1.0
+        sums[i, 1] /= max(1, len(rays))
+        sums[i, 2] /= max(1, len(rays))
+    return refined, sums
+
+
+@kernel
+def _met(
+    distance: NDArray[np.float32],
+    x: float,
+    y: float,
+    angle: float,
+    ray: NDArray[np.float64],
+    limits: NDArray[np.float64],
+) -> tuple[int, int]:
+    """Return whether a ray went through (0), met (1), fell short (2), and the class of its end."""
+    length, tolerance = ray[1], limits[4]
+    met = first_wall(distance, x, y, angle, length + 1.5 * tolerance)
+    kind = 1
+    if met < length - tolerance:
+        kind = 0
+    elif met > length + tolerance:
+        kind = 2
+    end = distance_at(distance, x + length * np.cos(angle), y + length * np.sin(angle))
+    place = 0
+    while place < 4 and (end < 0.0 or end >= limits[place]):
+        place += 1
+    return kind, place

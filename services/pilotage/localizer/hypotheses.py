@@ -1,0 +1,224 @@
+"""Places followed from scan to scan, each with its probability.
+
+The belief over all states proposes places; a grid of 0.10 m and 5 degrees cannot tell like ones
+apart. Each place that it proposes is followed from then on as a pose between the cells: moved by
+odometry, refined on every scan, and weighed by it (`evidence`), each surface counting once
+(`novelty`). That is Wu & Bell's M2 (eq. 8) over places instead of states: the floor keeps any
+place from becoming impossible.
+
+A place that is proposed late is held against the last scans first, backwards along odometry, so
+that it competes on equal terms.
+"""
+
+from collections import deque
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core import se2
+from pilotage.core.angles import wrap
+from pilotage.localizer.evidence import Weighed, chosen_beams, weigh
+from pilotage.localizer.measurement import Beams
+from pilotage.localizer.novelty import SeenSurfaces
+from pilotage.localizer.obstacles import Obstacles
+
+CORRELATED = 0.15
+"""Share of a beam's evidence that counts: its neighbours meet the same wall."""
+
+FLOOR = -14.0
+"""No place falls farther below the best one [nat]: what a change of place has to make good ..."""
+
+DOUBTED = -3.0
+"""... and after a scan that contradicts the best."""
+
+LATE = -10.0
+"""What a place lacks [nat] that is proposed only after so many scans: it was not there before."""
+
+HOPELESS = 16.0
+"""A place with so much less evidence [nat] from the last scans is no longer followed ..."""
+
+MOST_PLACES = 150
+"""... nor are more than this."""
+
+KEPT_SCANS = 12
+"""Last scans that a new place is held against."""
+
+SAME_WAY, SAME_TURN = 0.3, 0.15
+"""Places nearer than this [m, rad] are one."""
+
+RATE = 0.25
+"""Share by which a new scan changes how well a place usually fits."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A scan of the last ones: where odometry put it, its beams and how new they were."""
+
+    odom_from_base: NDArray[np.float64]
+    beams: Beams
+    novelty: NDArray[np.float64]
+
+
+@dataclass
+class Places:
+    """Poses (n, 3) in map and what is known of each.
+
+    `log_share` (n,): log of the probability; `recent` (n, KEPT_SCANS): evidence of the last scans,
+    newest first; `met`, `through` (n,): share of beams that usually meet, or go through, what
+    the map shows; `scans` (n,): how many it was followed for.
+    """
+
+    poses: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+    log_share: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    recent: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, KEPT_SCANS)))
+    met: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    through: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    scans: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    def chosen(self, which: NDArray[np.int64]) -> "Places":
+        """Return some of the places."""
+        return Places(*(getattr(self, part.name)[which] for part in fields(self)))
+
+    def with_others(self, others: "Places") -> "Places":
+        """Return these and others."""
+        pairs = ((getattr(self, f.name), getattr(others, f.name)) for f in fields(self))
+        return Places(*(np.concatenate(pair) for pair in pairs))
+
+    def add(self, weighed: Weighed) -> None:
+        """Take in what a scan says."""
+        self.poses = weighed.poses
+        self.recent = np.roll(self.recent, 1, axis=1)
+        self.recent[:, 0] = CORRELATED * weighed.evidence
+        self.met = self.met + RATE * (weighed.met - self.met)
+        self.through = self.through + RATE * (weighed.through - self.through)
+        self.scans = self.scans + 1.0
+
+
+class Hypotheses:
+    """The places that are followed, by falling probability."""
+
+    def __init__(self, around: Obstacles) -> None:
+        self.places = Places()
+        self._around = around
+        self._surfaces = SeenSurfaces()
+        self._last: deque[Seen] = deque(maxlen=KEPT_SCANS)
+
+    def forget(self) -> None:
+        """Follow nothing."""
+        self.places = Places()
+        self.forget_odometry()
+
+    def forget_odometry(self) -> None:
+        """Odometry counts anew: what was seen before has no place in it."""
+        self._surfaces = SeenSurfaces()
+        self._last.clear()
+
+    def doubt(self) -> None:
+        """Believe nearly as much in any other place: a scan contradicts the best one."""
+        self.places.log_share = np.maximum(self.places.log_share, DOUBTED)
+        self.forget_odometry()
+
+    def follow(
+        self, odom_from_base: NDArray[np.float64], beams: Beams, proposed: NDArray[np.float64]
+    ) -> None:
+        """Move on to a scan taken at `odom_from_base` (3,), and take up proposed poses (m, 3)."""
+        chosen = chosen_beams(beams)
+        seen = Seen(odom_from_base, beams, self._surfaces.novelty(odom_from_base, chosen))
+        self._surfaces.keep(odom_from_base, chosen)
+        if self._last and len(self.places):
+            increment = se2.between(self._last[-1].odom_from_base, odom_from_base)
+            moved = se2.compose(self.places.poses, increment)
+            self.places.add(self._weigh(moved, seen))
+            self.places.log_share = self.places.log_share + self.places.recent[:, 0]
+        self._last.append(seen)
+        self._take_up(_apart_from(proposed, self.places.poses))
+        self._thin_out()
+        self._normalize()
+
+    def support(self) -> NDArray[np.float64]:
+        """Return the mean evidence (n,) [nat] of what was new to see in the last scans."""
+        new = [CORRELATED * seen.novelty.sum() for seen in reversed(self._last)]
+        support: NDArray[np.float64] = self.places.recent[:, : len(new)].sum(axis=1) / sum(new)
+        return support
+
+    def fit_at(self, poses: NDArray[np.float64], beams: Beams) -> Weighed:
+        """Return how well a scan fits poses (n, 3), each surface counted in full."""
+        return weigh(poses, beams, np.ones(len(chosen_beams(beams).ranges)), self._around)
+
+    def _weigh(self, poses: NDArray[np.float64], seen: Seen) -> Weighed:
+        return weigh(poses, seen.beams, seen.novelty, self._around)
+
+    def _take_up(self, poses: NDArray[np.float64]) -> None:
+        """Follow new places (m, 3) of now, with the evidence of the last scans."""
+        if not len(poses):
+            return
+        history: list[Weighed] = []
+        now, at = self._last[-1].odom_from_base, poses
+        for seen in reversed(self._last):
+            at = se2.compose(at, se2.between(now, seen.odom_from_base))
+            history.append(self._weigh(at, seen))
+            at, now = history[-1].poses, seen.odom_from_base
+        zeros = np.zeros(len(poses))
+        new = Places(poses, zeros, np.zeros((len(poses), KEPT_SCANS)), zeros, zeros, zeros)
+        new.met, new.through = history[-1].met, history[-1].through
+        for weighed in reversed(history):
+            new.add(weighed)
+        new.log_share = self._share_of_new(new)
+        self.places = self.places.with_others(new)
+
+    def _share_of_new(self, new: Places) -> NDArray[np.float64]:
+        """Return the log-probability (m,) of new places: as old ones with the same evidence.
+
+        What was seen before the kept scans speaks for the old places only.
+        """
+        if not len(self.places):
+            return new.recent.sum(axis=1)
+        best = int(np.argmax(self.places.log_share))
+        count = min(len(self._last), int(self.places.scans[best]))
+        ahead = new.recent[:, :count].sum(axis=1) - self.places.recent[best, :count].sum()
+        before = self.places.log_share[best]
+        if self.places.scans[best] > len(self._last):
+            before += LATE
+        share: NDArray[np.float64] = before + ahead
+        return share
+
+    def _thin_out(self) -> None:
+        """Order the places by probability; drop the hopeless and what has become one."""
+        order = np.argsort(-self.places.log_share, kind="stable")[: 2 * MOST_PLACES]
+        places = self.places.chosen(order)
+        recent = places.recent.sum(axis=1)
+        least = recent.max(initial=-np.inf) - HOPELESS
+        kept: list[int] = []
+        for index, pose in enumerate(places.poses):
+            if len(kept) == MOST_PLACES:
+                break
+            known = _near(places.poses[kept], pose, SAME_WAY, SAME_TURN).any()
+            if recent[index] >= least and not known:
+                kept.append(index)
+        self.places = places.chosen(np.array(kept, np.int64))
+
+    def _normalize(self) -> None:
+        share = self.places.log_share
+        if len(share):
+            share = np.maximum(share - share.max(), FLOOR)
+            self.places.log_share = share - np.log(np.exp(share).sum())
+
+
+def _apart_from(
+    proposed: NDArray[np.float64], poses: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the proposed poses (k, 3) that are none of `poses` (n, 3)."""
+    known = [bool(_near(poses, pose, SAME_WAY, SAME_TURN).any()) for pose in proposed]
+    return proposed[~np.array(known, bool)]
+
+
+def _near(
+    poses: NDArray[np.float64], pose: NDArray[np.float64], way: float, turn: float
+) -> NDArray[np.bool_]:
+    away = np.hypot(poses[:, 0] - pose[0], poses[:, 1] - pose[1])
+    near: NDArray[np.bool_] = (away <= way) & (np.abs(wrap(poses[:, 2] - pose[2])) <= turn)
+    return near

@@ -1,0 +1,45 @@
+"""What may stop a beam on a map, and how far it is from anywhere."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pilotage.core import se2
+from pilotage.core.distance_field import distance_to_walls
+from pilotage.core.grid import GridGeometry, OccupancyMap
+
+FARTHEST = 1e4
+"""Distance [cells] told where a map has no wall at all."""
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """Distance (rows, cols) [cells], centre to centre, to the nearest obstacle of a map."""
+
+    geometry: GridGeometry
+    distance: NDArray[np.float32]
+
+    def in_cells(self, map_from_pose: ArrayLike) -> NDArray[np.float64]:
+        """Return poses (..., 3) of the map frame in cells from the grid's corner."""
+        poses = se2.compose(se2.inverse(self.geometry.origin), map_from_pose)
+        poses[..., :2] /= self.geometry.resolution
+        return poses
+
+    def in_map(self, poses_cells: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return poses (..., 3) in cells from the grid's corner in the map frame."""
+        poses = poses_cells.copy()
+        poses[..., :2] *= self.geometry.resolution
+        return se2.compose(np.array(self.geometry.origin), poses)
+
+
+def obstacles(world: OccupancyMap) -> Obstacles:
+    """Return the distances to the obstacles of a map, on its own cells.
+
+    An obstacle is what the map does not show as free. Many maps do not show all of their walls:
+    thin ones vanish when an image is made smaller, and glass is drawn as nothing. But a robot
+    could not look beyond the free space that the map's maker saw, so there something stood, if
+    only the end of his laser's reach.
+    """
+    distance = distance_to_walls(~world.is_free, 1.0)
+    return Obstacles(world.geometry, np.minimum(distance, FARTHEST).astype(np.float32))
