@@ -16,6 +16,7 @@ from pilotage.localizer.estimate import Estimate, Memory
 from pilotage.localizer.likelihood_field import LikelihoodFieldParams, likelihood_field
 from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
 from pilotage.localizer.measurement import Measurement, Ranges
+from pilotage.localizer.method import MethodName
 from pilotage.localizer.modes import Mode, apart, find_modes
 from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
 from pilotage.localizer.range_model import (
@@ -92,6 +93,8 @@ class MarkovLocalizer:
     `sight` is the map's table of optimistic ranges, if it is at hand from an earlier run.
     """
 
+    name: MethodName = "markov"
+
     def __init__(
         self, world: OccupancyMap, params: MarkovParams, sight: RangeTable | None = None
     ) -> None:
@@ -114,6 +117,11 @@ class MarkovLocalizer:
         self._recovery_weight = 0.0
         self.choose_algorithm(params.algorithm, params.recovery_weight)
         self.estimate = self._no_estimate()
+
+    @property
+    def belief(self) -> MarkovGrid:
+        """What is believed now."""
+        return self.grid
 
     def start_anywhere(self) -> None:
         """Forget everything: the robot may be in any free place."""

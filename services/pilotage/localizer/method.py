@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.localizer.estimate import Estimate, Memory
 from pilotage.localizer.measurement import Measurement
+from pilotage.localizer.range_model import RangeTable
 
 MethodName = Literal["markov", "mcl"]
 
@@ -72,6 +73,11 @@ class LocalizationMethod(Protocol):
     @property
     def belief(self) -> Belief:
         """What is believed now."""
+        ...
+
+    @property
+    def sight(self) -> RangeTable | None:
+        """The map's table of optimistic ranges, which takes longest to make; None if unused."""
         ...
 
     def start_anywhere(self) -> None:

@@ -57,11 +57,12 @@ class Novelty:
 class Word:
     """What a measurement says of particles: `logs` (n,), their log likelihoods.
 
-    `fits` (n,): mean likelihood of a beam or sighting, None where there was only a compass.
+    `fits` (n,): mean likelihood of the `parts`: beams, ranges, sightings; one where there are none.
     """
 
     logs: NDArray[np.float64]
-    fits: NDArray[np.float64] | None
+    fits: NDArray[np.float64]
+    parts: int
 
 
 class ParticleEvidence:
@@ -108,7 +109,7 @@ class ParticleEvidence:
         if seen.compass is not None:
             yaw, sigma = seen.compass
             logs += new.of_ranges * np.log(compass_likelihood(poses[:, 2], yaw, sigma))
-        return Word(logs, np.exp(raw / parts) if parts else None)
+        return Word(logs, np.exp(raw / max(1, parts)), parts)
 
     def _seen_through(
         self, poses: NDArray[np.float64], ends: NDArray[np.float64], logs: NDArray[np.float64]

@@ -189,8 +189,8 @@ class ParticleLocalizer:
     def _correct(self, measurement: Measurement, novelty: Novelty) -> None:
         """Weigh the particles, and note how well the measurement fits them."""
         word = self._evidence.weigh(self.filter.poses, measurement, novelty)
-        if word.fits is not None:
-            self._fits.note(float(self.filter.weights @ word.fits))
+        if word.parts:
+            self._fits.note(float(self.filter.weights @ word.fits), word.parts)
         self.filter.weigh(word.logs)
         if self.filter.is_depleted:
             self.filter.resample(self._rng)

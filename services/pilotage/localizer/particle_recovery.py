@@ -7,6 +7,9 @@ the long one is the share of particles that are drawn anew.
 
 from dataclasses import dataclass, field
 
+FEW = 10
+"""Parts of a measurement that have half the say of very many: one sighting may be an outlier."""
+
 
 @dataclass(frozen=True)
 class RecoveryParams:
@@ -37,12 +40,13 @@ class FitMemory:
     slow: float | None = None
     fast: float | None = None
 
-    def note(self, fit: float) -> None:
-        """Take how well a measurement fits on the mean, in (0, 1]."""
+    def note(self, fit: float, parts: int) -> None:
+        """Take the mean likelihood, in (0, 1], of the parts (beams, sightings) of a measurement."""
         slow = fit if self.slow is None else self.slow
         fast = fit if self.fast is None else self.fast
-        self.slow = slow + self.params.slow * (fit - slow)
-        self.fast = fast + self.params.fast * (fit - fast)
+        share = parts / (parts + FEW)
+        self.slow = slow + share * self.params.slow * (fit - slow)
+        self.fast = fast + share * self.params.fast * (fit - fast)
 
     @property
     def share(self) -> float:
