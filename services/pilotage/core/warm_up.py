@@ -11,6 +11,8 @@ WARM_UPS = [
     "pilotage.core.range_table:warm_up",
     "pilotage.core.distance_field:warm_up",
     "pilotage.localizer.kernels:warm_up",
+    "pilotage.localizer.particle_kernels:warm_up",
+    "pilotage.localizer.landmark_kernels:warm_up",
 ]
 """`module:function`, by name because core lies below the services and may not import them."""
 
