@@ -9,6 +9,7 @@ from pilotage.core.angles import wrap
 from pilotage.core.grid import OccupancyMap
 from pilotage.experiments.clutter import Condition, altered
 from pilotage.experiments.tracks import Track, drive_through
+from pilotage.localizer.confidence import Signs
 from pilotage.localizer.log_run import LogEstimate, LogSensors, localize_log
 from pilotage.localizer.markov_localizer import MarkovLocalizer
 
@@ -24,7 +25,7 @@ class Outcome:
     """What a localizer said after each of n scans of a track, beside the truth.
 
     `way` [m] and `turn` [rad] (n,) are its errors; `localized` (n,) where it said so, `ambiguous`
-    likewise; `confidence` (n,).
+    likewise; `confidence` (n,), and the signs (n) that it came from.
     """
 
     way: NDArray[np.float64]
@@ -32,6 +33,7 @@ class Outcome:
     localized: NDArray[np.bool_]
     ambiguous: NDArray[np.bool_]
     confidence: NDArray[np.float64]
+    signs: list[Signs | None]
     kidnapped: int | None
 
     @property
@@ -85,5 +87,6 @@ def outcome_of(estimates: list[LogEstimate], track: Track) -> Outcome:
         localized=states == "localized",
         ambiguous=states == "ambiguous",
         confidence=np.array([estimate.estimate.confidence for estimate in estimates]),
+        signs=[estimate.estimate.signs for estimate in estimates],
         kidnapped=track.kidnapped,
     )

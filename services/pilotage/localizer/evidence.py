@@ -55,13 +55,15 @@ class Weighed:
     """Poses (n, 3) in map, put where the scan fits best, and what it says about each.
 
     `evidence` (n,) [nat] of all beams together, `met` (n,) the share of beams that met what the
-    map shows, `through` (n,) the share that went through it.
+    map shows, `through` (n,) the share that went through it; `fit` (n,) [nat] is the mean
+    evidence of a beam, however new.
     """
 
     poses: NDArray[np.float64]
     evidence: NDArray[np.float64]
     met: NDArray[np.float64]
     through: NDArray[np.float64]
+    fit: NDArray[np.float64]
 
 
 def chosen_beams(beams: Beams) -> Beams:
@@ -106,7 +108,7 @@ def weigh(
         WEIGHTS,
         SILENT_WEIGHTS,
     )
-    return Weighed(around.in_map(refined), sums[:, 0], sums[:, 1], sums[:, 2])
+    return Weighed(around.in_map(refined), *sums.T)
 
 
 def ends_in_base(beams: Beams) -> NDArray[np.float64]:

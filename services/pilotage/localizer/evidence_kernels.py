@@ -14,6 +14,15 @@ INSIDE = 0.4
 LEAST_STEP = 0.4
 """A ray moves on by so much [cells] at least."""
 
+ITERATIONS = 8
+"""Steps of Gauss-Newton at most."""
+
+TURN_DAMPING = 400.0
+"""Damping of a turn, in cells^2: that of a place 20 cells away."""
+
+FARTHEST_PULL = 3.0
+"""An end farther than so many scales from any wall does not pull at all."""
+
 NOWHERE = -1e3
 """Evidence for a pose in a wall or off the map."""
 
@@ -66,51 +75,78 @@ def refined_pose(
     any pulls less and less, so that people and furniture do not matter. `damping` is added to
     the information of each coordinate: a corridor must not slide along itself.
     """
-    x, y, heading = pose[0], pose[1], pose[2]
+    refined = pose.copy()
     information = np.empty((3, 3))
     force = np.empty(3)
-    for _ in range(8):
+    for _ in range(ITERATIONS):
         information[:] = 0.0
         force[:] = 0.0
-        cos, sin = np.cos(heading), np.sin(heading)
-        for i in range(len(ends)):
-            dx = cos * ends[i, 0] - sin * ends[i, 1]
-            dy = sin * ends[i, 0] + cos * ends[i, 1]
-            u, v = x + dx - 0.5, y + dy - 0.5
-            rows, cols = distance.shape
-            if not (0.0 <= u < cols - 1 and 0.0 <= v < rows - 1):
-                continue
-            col, row = int(u), int(v)
-            fx, fy = u - col, v - row
-            a, b = distance[row, col], distance[row, col + 1]
-            c, e = distance[row + 1, col], distance[row + 1, col + 1]
-            d = (a * (1.0 - fx) + b * fx) * (1.0 - fy) + (c * (1.0 - fx) + e * fx) * fy
-            if d > 3.0 * scale:
-                continue
-            gx = (b - a) * (1.0 - fy) + (e - c) * fy
-            gy = (c - a) * (1.0 - fx) + (e - b) * fx
-            turning = gy * dx - gx * dy
-            weight = 1.0 / (1.0 + (d / scale) ** 2) ** 2
-            information[0, 0] += weight * gx * gx
-            information[0, 1] += weight * gx * gy
-            information[0, 2] += weight * gx * turning
-            information[1, 1] += weight * gy * gy
-            information[1, 2] += weight * gy * turning
-            information[2, 2] += weight * turning * turning
-            force[0] -= weight * gx * d
-            force[1] -= weight * gy * d
-            force[2] -= weight * turning * d
-        information[1, 0] = information[0, 1]
-        information[2, 0] = information[0, 2]
-        information[2, 1] = information[1, 2]
+        _add_ends(distance, refined, ends, scale, information, force)
         information[0, 0] += damping
         information[1, 1] += damping
-        information[2, 2] += damping * 400.0
+        information[2, 2] += damping * TURN_DAMPING
         step = _solved(information, force)
-        x, y, heading = x + step[0], y + step[1], heading + step[2]
+        refined += step
         if abs(step[0]) < 2e-3 and abs(step[1]) < 2e-3 and abs(step[2]) < 1e-4:
             break
-    return np.array([x, y, heading])
+    return refined
+
+
+@kernel
+def _add_ends(
+    distance: NDArray[np.float32],
+    pose: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    scale: float,
+    information: NDArray[np.float64],
+    force: NDArray[np.float64],
+) -> None:
+    """Add each end's part to J^T W J and -J^T W d, J being the distance's gradient by the pose."""
+    rows, cols = distance.shape
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    for i in range(len(ends)):
+        dx = cos * ends[i, 0] - sin * ends[i, 1]
+        dy = sin * ends[i, 0] + cos * ends[i, 1]
+        u, v = pose[0] + dx - 0.5, pose[1] + dy - 0.5
+        if not (0.0 <= u < cols - 1 and 0.0 <= v < rows - 1):
+            continue
+        col, row = int(u), int(v)
+        fx, fy = u - col, v - row
+        a, b = distance[row, col], distance[row, col + 1]
+        c, e = distance[row + 1, col], distance[row + 1, col + 1]
+        d = (a * (1.0 - fx) + b * fx) * (1.0 - fy) + (c * (1.0 - fx) + e * fx) * fy
+        if d > FARTHEST_PULL * scale:
+            continue
+        gx = (b - a) * (1.0 - fy) + (e - c) * fy
+        gy = (c - a) * (1.0 - fx) + (e - b) * fx
+        turning = gy * dx - gx * dy
+        weight = 1.0 / (1.0 + (d / scale) ** 2) ** 2
+        information[0, 0] += weight * gx * gx
+        information[0, 1] += weight * gx * gy
+        information[0, 2] += weight * gx * turning
+        information[1, 1] += weight * gy * gy
+        information[1, 2] += weight * gy * turning
+        information[2, 2] += weight * turning * turning
+        force[0] -= weight * gx * d
+        force[1] -= weight * gy * d
+        force[2] -= weight * turning * d
+    information[1, 0] = information[0, 1]
+    information[2, 0] = information[0, 2]
+    information[2, 1] = information[1, 2]
+
+
+@kernel
+def fit_information(
+    distance: NDArray[np.float32],
+    pose: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    scale: float,
+) -> NDArray[np.float64]:
+    """Return J^T W J (3, 3) of the ends' distances to the nearest wall, as `refined_pose` has it."""
+    information = np.zeros((3, 3))
+    force = np.zeros(3)
+    _add_ends(distance, pose, ends, scale, information, force)
+    return information
 
 
 @kernel
@@ -155,11 +191,11 @@ def weigh_poses(
         silent_weights: (2,) of beams without a return: rightly, and through an obstacle.
 
     Returns:
-        The refined poses (n, 3), and per pose (n, 3) the evidence, the share of rays that met
-        an obstacle as they should, and the share that went through one.
+        The refined poses (n, 3), and per pose (n, 4) the evidence, the share of rays that met
+        an obstacle as they should, the share that went through one, and the mean weight.
     """
     refined = np.empty_like(poses)
-    sums = np.zeros((len(poses), 3))
+    sums = np.zeros((len(poses), 4))
     for i in range(len(poses)):
         pose = refined_pose(distance, poses[i], ends, reach[0], 1.0)
         moved = np.hypot(pose[0] - poses[i, 0], pose[1] - poses[i, 1])
@@ -168,24 +204,23 @@ def weigh_poses(
         refined[i] = pose
         if distance_at(distance, pose[0], pose[1]) < 0.5:
             sums[i, 0] = NOWHERE
+            sums[i, 3] = -1.0
             continue
         cos, sin = np.cos(pose[2]), np.sin(pose[2])
         x = pose[0] + cos * mount[0] - sin * mount[1]
         y = pose[1] + sin * mount[0] + cos * mount[1]
         for ray in rays:
             kind, place = _met(distance, x, y, pose[2] + mount[2] + ray[0], ray, limits)
+            word = weights[kind, place]
             if ray[2] > 0.0:
-                through = kind == 0
-                sums[i, 0] += ray[3] * silent_weights[1 if through else 0]
-            else:
-                through = kind == 0
-                sums[i, 0] += ray[3] * weights[kind, place]
-                if kind == 1 and place < 3:
-                    sums[i, 1] += 1.0
-            if through:
+                word = silent_weights[1 if kind == 0 else 0]
+            elif kind == 1 and place < 3:
+                sums[i, 1] += 1.0
+            if kind == 0:
                 sums[i, 2] += 1.0
-        sums[i, 1] /= max(1, len(rays))
-        sums[i, 2] /= max(1, len(rays))
+            sums[i, 0] += ray[3] * word
+            sums[i, 3] += word
+        sums[i, 1:] /= max(1, len(rays))
     return refined, sums
 
 

@@ -27,10 +27,7 @@ CORRELATED = 0.15
 """Share of a beam's evidence that counts: its neighbours meet the same wall."""
 
 FLOOR = -14.0
-"""No place falls farther below the best one [nat]: what a change of place has to make good ..."""
-
-DOUBTED = -3.0
-"""... and after a scan that contradicts the best."""
+"""No place falls farther below the best one [nat]: what a change of place has to make good."""
 
 LATE = -10.0
 """What a place lacks [nat] that is proposed only after so many scans: it was not there before."""
@@ -66,7 +63,7 @@ class Places:
 
     `log_share` (n,): log of the probability; `recent` (n, KEPT_SCANS): evidence of the last scans,
     newest first; `met`, `through` (n,): share of beams that usually meet, or go through, what
-    the map shows; `scans` (n,): how many it was followed for.
+    the map shows; `fit` (n,): usual mean evidence of a beam [nat]; `scans` (n,): how many it was followed for.
     """
 
     poses: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
@@ -74,6 +71,7 @@ class Places:
     recent: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, KEPT_SCANS)))
     met: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     through: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    fit: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     scans: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
 
     def __len__(self) -> int:
@@ -95,6 +93,7 @@ class Places:
         self.recent[:, 0] = CORRELATED * weighed.evidence
         self.met = self.met + RATE * (weighed.met - self.met)
         self.through = self.through + RATE * (weighed.through - self.through)
+        self.fit = self.fit + RATE * (weighed.fit - self.fit)
         self.scans = self.scans + 1.0
 
 
@@ -116,11 +115,6 @@ class Hypotheses:
         """Odometry counts anew: what was seen before has no place in it."""
         self._surfaces = SeenSurfaces()
         self._last.clear()
-
-    def doubt(self) -> None:
-        """Believe nearly as much in any other place: a scan contradicts the best one."""
-        self.places.log_share = np.maximum(self.places.log_share, DOUBTED)
-        self.forget_odometry()
 
     def follow(
         self, odom_from_base: NDArray[np.float64], beams: Beams, proposed: NDArray[np.float64]
@@ -163,8 +157,9 @@ class Hypotheses:
             history.append(self._weigh(at, seen))
             at, now = history[-1].poses, seen.odom_from_base
         zeros = np.zeros(len(poses))
-        new = Places(poses, zeros, np.zeros((len(poses), KEPT_SCANS)), zeros, zeros, zeros)
-        new.met, new.through = history[-1].met, history[-1].through
+        new = Places(poses, zeros, np.zeros((len(poses), KEPT_SCANS)), *[zeros] * 4)
+        first = history[-1]
+        new.met, new.through, new.fit = first.met, first.through, first.fit
         for weighed in reversed(history):
             new.add(weighed)
         new.log_share = self._share_of_new(new)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.localizer.estimate import Estimate, Memory
+from pilotage.localizer.judge import Judge
 from pilotage.localizer.likelihood_field import LikelihoodFieldParams, likelihood_field
 from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
 from pilotage.localizer.measurement import Measurement, Ranges
@@ -25,9 +26,7 @@ from pilotage.localizer.range_model import (
     range_likelihoods,
     range_table,
 )
-from pilotage.localizer.refinement import matched_share, refine, wall_distance
-from pilotage.localizer.surprise import ScanFit
-from pilotage.localizer.verdict import Doubts, Verdict, VerdictParams
+from pilotage.localizer.verdict import VerdictParams
 from pilotage.localizer.visibility import VisibilityParams, optimistic_ranges
 
 SAMPLES = 20_000
@@ -36,23 +35,11 @@ SAMPLES = 20_000
 REMEMBERED = 5_000
 """States kept in a memory; what they leave out comes back as uniform belief."""
 
-ALIKE = 0.03
-"""Difference in the share of matching beams below which two places fit a scan alike."""
-
-MOST_RIVALS = 6
-"""Places, by mass, that are looked at for that."""
-
 STANDING = 0.1
 """Novelty of a measurement from the same place: people move, the noise is new."""
 
 CARRIED_OFF = 1.0
 """Weight of the floor after a surprise under M2: exactly the paper's P0 (eq. 8)."""
-
-LEAST_ENDS = 8
-"""Fewer beams than this cannot tell a pose beyond the cell."""
-
-REFINEMENT_LIMIT = 0.3
-"""A refined pose farther than this [m, rad] from its mode is another place: not believed."""
 
 
 @dataclass(frozen=True)
@@ -107,16 +94,18 @@ class MarkovLocalizer:
         self.sight = sight or optimistic_ranges(
             world, self._states.geometry, self._states.headings, params.visibility
         )
-        self._walls = wall_distance(world)
         self._table: RangeTable | None = None
-        self._verdict = Verdict(params.verdict)
-        self._fit = ScanFit()
+        self._judge = Judge(world, params.verdict)
         self._odom_from_base: NDArray[np.float64] | None = None
         self._stamp_ns = 0
         self._judged = False
         self._recovery_weight = 0.0
         self.choose_algorithm(params.algorithm, params.recovery_weight)
-        self.estimate = self._no_estimate()
+
+    @property
+    def estimate(self) -> Estimate:
+        """What was last said."""
+        return self._judge.estimate
 
     @property
     def belief(self) -> MarkovGrid:
@@ -126,25 +115,19 @@ class MarkovLocalizer:
     def start_anywhere(self) -> None:
         """Forget everything: the robot may be in any free place."""
         self.grid.set_uniform()
-        self._begin()
+        self._begin([])
 
     def start_at(self, map_from_base: ArrayLike, covariance: NDArray[np.float64]) -> None:
         """Begin near a pose (3,); ValueError if it is not in free space."""
         self.grid.set_gaussian(map_from_base, covariance)
-        self._begin()
-        modes = self._modes()
-        self.estimate = self._estimate(modes, modes[0].pose, None)
+        self._begin(self._modes())
 
     def resume(self, memory: Memory) -> None:
         """Go on from what an earlier run remembered; the next measurement has to confirm it."""
         self.grid.set_states(memory.poses, memory.weights)
-        self._begin()
+        self._begin(self._modes(), was_localized=memory.was_localized)
         self._odom_from_base, self._stamp_ns = memory.odom_from_base, memory.stamp_ns
-        modes = self._modes()
-        self._verdict.resume(was_localized=memory.was_localized)
-        self._judged = bool(modes)
-        pose = modes[0].pose if modes else self.estimate.pose
-        self.estimate = self._estimate(modes, pose, None)
+        self._judged = True
 
     def remember(self) -> Memory | None:
         """Return what `resume` needs, or None before the first measurement."""
@@ -157,6 +140,7 @@ class MarkovLocalizer:
     def restart_odometry(self) -> None:
         """Odometry counts from a new origin; the belief stays where it is."""
         self._odom_from_base = None
+        self._judge.restart_odometry()
 
     def wants(
         self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
@@ -167,26 +151,20 @@ class MarkovLocalizer:
         increment = self._increment_to(odom_from_base)
         waited = (stamp_ns - self._stamp_ns) / 1e9
         is_due = self._moved(increment) >= 1.0 or not 0.0 <= waited < self.params.update_after
-        return is_due or self._is_surprising(increment, measurement)
+        return is_due or self._judge.is_surprised(odom_from_base, measurement)
 
     def update(
         self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
     ) -> Estimate:
         """Predict up to `odom_from_base` (3,), correct by the measurement, judge the belief."""
         increment = self._increment_to(odom_from_base)
-        surprise = self._is_surprising(increment, measurement)
+        surprise = self._judge.is_surprised(odom_from_base, measurement)
         self.grid.predict(increment)
         self._correct(measurement, increment, surprise=surprise)
-        modes = self._modes()
-        pose, matched = self._refined(modes, measurement)
-        expected = se2.compose(self.estimate.pose, increment) if self._judged else None
-        rivals = self._rivals(modes, matched, measurement)
-        self._verdict.judge(modes, matched, expected, Doubts(rivals, surprise=surprise))
         self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
-        self._judged = bool(modes)
-        self.estimate = self._estimate(modes, pose, matched)
-        self._note_fit(matched)
-        return self.estimate
+        self._judged = True
+        states = self.grid.heaviest(SAMPLES)
+        return self._judge.judge(odom_from_base, states, measurement, surprise=surprise)
 
     def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the last estimated pose (3,) moved on by odometry since."""
@@ -196,18 +174,10 @@ class MarkovLocalizer:
         """Use M1, or M2 with this weight of its floor, from the next measurement on."""
         self._recovery_weight = recovery_weight if algorithm == "m2" else 0.0
 
-    def _begin(self) -> None:
-        self._verdict.reset()
-        self._fit.forget()
-        self.restart_odometry()
+    def _begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
+        self._judge.begin(modes, was_localized=was_localized)
+        self._odom_from_base = None
         self._judged = False
-        self.estimate = self._no_estimate()
-
-    def _no_estimate(self) -> Estimate:
-        width, height = self.world.geometry.size_m
-        middle = se2.compose(self.world.geometry.origin, [width / 2.0, height / 2.0, 0.0])
-        spread = np.diag([width**2 / 12.0, height**2 / 12.0, np.pi**2 / 3.0])
-        return Estimate(middle, spread, "unknown", 0.0, [], None)
 
     def _increment_to(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
         if self._odom_from_base is None:
@@ -220,29 +190,6 @@ class MarkovLocalizer:
         width = np.diag([resolution**2, resolution**2, step**2]) / 12.0
         found = find_modes(*self.grid.heaviest(SAMPLES))
         return [replace(mode, covariance=mode.covariance + width) for mode in found]
-
-    def _is_surprising(self, increment: NDArray[np.float64], measurement: Measurement) -> bool:
-        """Say whether a scan contradicts the pose where odometry puts a localized robot."""
-        ends = measurement.all_ends
-        if self.estimate.state != "localized" or ends is None or len(ends) < LEAST_ENDS:
-            return False
-        expected = se2.compose(self.estimate.pose, increment)
-        return self._fit.is_surprising(matched_share(expected, ends, self._walls))
-
-    def _rivals(self, modes: list[Mode], matched: float | None, measurement: Measurement) -> int:
-        """Return how many of the next places fit the scan as well as the best one does."""
-        ends = measurement.all_ends
-        if matched is None or ends is None:
-            return 0
-        others = (refine(mode.pose, ends, self._walls) for mode in modes[1:MOST_RIVALS])
-        fits = (matched_share(pose, ends, self._walls) for pose in others)
-        return sum(fit >= matched - ALIKE for fit in fits)
-
-    def _note_fit(self, matched: float | None) -> None:
-        if self.estimate.state != "localized":
-            self._fit.forget()
-        elif matched is not None:
-            self._fit.learn(matched)
 
     def _novelty(self, increment: NDArray[np.float64], whole_turn: float) -> float:
         """Return how much of a new measurement this is, 0 to 1.
@@ -287,27 +234,6 @@ class MarkovLocalizer:
         likelihoods = range_likelihoods(seen.ranges, seen.range_max, self.params.ranges)
         weakened = likelihoods ** np.float32(novelty)
         self.grid.weigh_ranges(seen.bearings, weakened, self._table)
-
-    def _refined(
-        self, modes: list[Mode], measurement: Measurement
-    ) -> tuple[NDArray[np.float64], float | None]:
-        """Return the best mode's pose, beyond the cell where a scan allows, and its match."""
-        if not modes:
-            return self.estimate.pose, None
-        pose, ends = modes[0].pose, measurement.all_ends
-        if ends is None or len(ends) < LEAST_ENDS:
-            return pose, None
-        refined = refine(pose, ends, self._walls)
-        if max(apart(refined, pose)) > REFINEMENT_LIMIT:
-            refined = pose
-        return refined, matched_share(refined, ends, self._walls)
-
-    def _estimate(
-        self, modes: list[Mode], pose: NDArray[np.float64], matched: float | None
-    ) -> Estimate:
-        covariance = modes[0].covariance if modes else self.estimate.covariance
-        verdict = self._verdict
-        return Estimate(pose, covariance, verdict.state, verdict.confidence, modes, matched)
 
 
 def _weakened(compass: tuple[float, float] | None, novelty: float) -> tuple[float, float] | None:

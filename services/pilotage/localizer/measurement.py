@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
-from pilotage.core.scans import scan_points
+from pilotage.core.scans import bearings_of, scan_points
 from pilotage.localizer.landmark_sightings import Sightings
 
 
@@ -39,12 +39,12 @@ class Beams:
 class Measurement:
     """What the sensors saw at one moment.
 
-    `ends`: (n, 2) ends of the laser beams that weigh the belief, in base_link; `all_ends` (m, 2)
+    `beams`: the laser's scan as it was; `ends`: (n, 2) ends of the laser beams that weigh the belief, in base_link; `all_ends` (m, 2)
     of all of them, for refining the pose; `compass`: yaw in map and its standard deviation [rad];
     `landmarks`: sightings from base_link.
     """
 
-    beams: "Beams | None" = None
+    beams: Beams | None = None
     ends: NDArray[np.float64] | None = None
     all_ends: NDArray[np.float64] | None = None
     ranges: Ranges | None = None
@@ -61,6 +61,7 @@ def scan_measurement(
     angles: tuple[float, float],
     base_from_laser: ArrayLike,
     beams: int,
+    range_max: float,
 ) -> Measurement:
     """Return a laser scan (n,) as a measurement: `beams` of it evenly, and all of it.
 
@@ -69,11 +70,14 @@ def scan_measurement(
         angles: of the first beam, and from beam to beam [rad].
         base_from_laser: mount of the laser (3,).
         beams: how many weigh the belief.
+        range_max: how far the laser sees [m].
     """
     all_ends = se2.transform_points(base_from_laser, scan_points(ranges, *angles))
     count = min(beams, len(all_ends))
     chosen = np.rint(np.linspace(0, len(all_ends) - 1, count)).astype(np.int64)
-    return Measurement(ends=all_ends[chosen], all_ends=all_ends)
+    mount = np.asarray(base_from_laser, float)
+    scan = Beams(bearings_of(len(ranges), *angles), ranges.astype(float), mount, range_max)
+    return Measurement(beams=scan, ends=all_ends[chosen], all_ends=all_ends)
 
 
 def ranges_measurement(

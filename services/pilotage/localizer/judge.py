@@ -1,0 +1,235 @@
+"""From a belief and a scan to an estimate: which place, how exactly, how surely.
+
+The same for every method: a belief over states, or particles, proposes places; they are followed
+and weighed between the cells (`hypotheses`), and what speaks for the best one becomes its
+confidence. Where there is no laser scan to weigh places by, the mass of the belief must do.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core import se2
+from pilotage.core.angles import wrap
+from pilotage.core.grid import OccupancyMap
+from pilotage.localizer.confidence import Signs, confidence_of
+from pilotage.localizer.estimate import Estimate
+from pilotage.localizer.evidence import ends_in_base
+from pilotage.localizer.hypotheses import Hypotheses, Places
+from pilotage.localizer.measurement import Beams, Measurement
+from pilotage.localizer.modes import LEAST_MASS, MOST_MODES, Mode, apart, find_modes, is_within
+from pilotage.localizer.obstacles import obstacles
+from pilotage.localizer.peaks import find_peaks
+from pilotage.localizer.precision import fitted_covariance
+from pilotage.localizer.verdict import Verdict, VerdictParams
+
+LEAST_BEAMS = 8
+"""Fewer beams than this cannot tell places apart."""
+
+FIRST_PLACES, MORE_PLACES = 300, 60
+"""Summits of the belief that are taken up as places: of a new belief, and later."""
+
+YOUNG = 3
+"""Scans for which a belief is new."""
+
+WORSE = 0.35
+"""A scan whose beams speak for the place by so much less [nat] than usual is a surprise."""
+
+CONFIRMED = 3
+"""Measurements in a row that must agree where mass alone has to do."""
+
+AGREE_WAY, AGREE_TURN = 0.6, 0.35
+"""A place may move by so much beyond odometry [m, rad]."""
+
+
+class Judge:
+    """Judges beliefs by scans; `estimate` is its last word."""
+
+    def __init__(self, world: OccupancyMap, params: VerdictParams | None = None) -> None:
+        self._around = obstacles(world)
+        self._hypotheses = Hypotheses(self._around)
+        self._verdict = Verdict(params or VerdictParams())
+        width, height = world.geometry.size_m
+        middle = se2.compose(world.geometry.origin, [width / 2.0, height / 2.0, 0.0])
+        spread = np.diag([width**2 / 12.0, height**2 / 12.0, np.pi**2 / 3.0])
+        self._nothing = Estimate(middle, spread, "unknown", 0.0, [], None)
+        self.estimate = self._nothing
+        self._odom_from_base: NDArray[np.float64] | None = None
+        self._agreeing = 0
+        self._judged = 0
+
+    def begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
+        """Begin anew with what is believed before any measurement."""
+        self._hypotheses.forget()
+        self._verdict.begin(was_localized=was_localized)
+        self._odom_from_base = None
+        self._agreeing = CONFIRMED - 1 if was_localized else 0
+        self._judged = 0
+        self.estimate = self._nothing
+        if modes:
+            best = modes[0]
+            self.estimate = Estimate(best.pose, best.covariance, "unknown", 0.0, modes, None)
+
+    def restart_odometry(self) -> None:
+        """Odometry counts from a new origin; the places stay where they are."""
+        self._hypotheses.forget_odometry()
+        self._odom_from_base = None
+
+    def is_surprised(self, odom_from_base: NDArray[np.float64], seen: Measurement) -> bool:
+        """Say whether a scan contradicts the pose where odometry puts a localized robot."""
+        beams = _telling(seen)
+        if self.estimate.state != "localized" or beams is None or self._odom_from_base is None:
+            return False
+        if not len(self._hypotheses.places):
+            return False
+        expected = self._expected(odom_from_base)
+        fit = self._hypotheses.fit_at(expected[None], beams).fit[0]
+        return bool(fit < min(0.0, self._hypotheses.places.fit[0] - WORSE))
+
+    def judge(
+        self,
+        odom_from_base: NDArray[np.float64],
+        states: tuple[NDArray[np.float64], NDArray[np.float64]],
+        seen: Measurement,
+        *,
+        surprise: bool,
+    ) -> Estimate:
+        """Return the estimate after a measurement.
+
+        Args:
+            odom_from_base: (3,) at the measurement.
+            states: the heaviest of the belief, poses (n, 3) and their shares (n,) of it.
+            seen: the measurement.
+            surprise: whether it contradicts what was believed.
+        """
+        beams = _telling(seen)
+        if beams is None:
+            self.estimate = self._by_mass(odom_from_base, states, surprise=surprise)
+        else:
+            self.estimate = self._by_places(odom_from_base, states, beams, surprise=surprise)
+        self._odom_from_base = odom_from_base.copy()
+        self._judged += 1
+        return self.estimate
+
+    def _by_places(
+        self,
+        odom_from_base: NDArray[np.float64],
+        states: tuple[NDArray[np.float64], NDArray[np.float64]],
+        beams: Beams,
+        *,
+        surprise: bool,
+    ) -> Estimate:
+        if surprise:
+            self._hypotheses.forget()
+            self._judged = 0
+        most = FIRST_PLACES if self._judged < YOUNG else MORE_PLACES
+        proposed = find_peaks(*states, most)
+        if surprise:
+            proposed = np.concatenate([proposed, self._expected(odom_from_base)[None]])
+        self._hypotheses.follow(odom_from_base, beams, proposed)
+        places = self._hypotheses.places
+        if not len(places):
+            state = self._verdict.judge(0.0, [], surprise=surprise)
+            return Estimate(self.estimate.pose, self.estimate.covariance, state, 0.0, [], None)
+        modes = self._modes(places, states, beams)
+        signs = self._signs(places, states)
+        confidence = confidence_of(signs)
+        masses = [mode.mass for mode in modes]
+        state = self._verdict.judge(confidence, masses, surprise=surprise)
+        best = modes[0]
+        return Estimate(
+            best.pose, best.covariance, state, confidence, modes, float(places.met[0]), signs
+        )
+
+    def _expected(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the last estimated pose (3,) moved on by odometry."""
+        if self._odom_from_base is None:
+            return self.estimate.pose
+        increment = se2.between(self._odom_from_base, odom_from_base)
+        return se2.compose(self.estimate.pose, increment)
+
+    def _signs(
+        self, places: Places, states: tuple[NDArray[np.float64], NDArray[np.float64]]
+    ) -> Signs:
+        """Return what speaks for the best place."""
+        share = np.exp(places.log_share)
+        others = share[~is_within(places.poses, places.poses[0])].sum()
+        poses, weights = states
+        return Signs(
+            ahead=float(np.log(share[0]) - np.log(max(others, 1e-9))),
+            support=float(self._hypotheses.support()[0]),
+            fit=float(places.fit[0]),
+            through=float(places.through[0]),
+            scans=float(places.scans[0]),
+            mass=float(weights[is_within(poses, places.poses[0])].sum()),
+        )
+
+    def _modes(
+        self,
+        places: Places,
+        states: tuple[NDArray[np.float64], NDArray[np.float64]],
+        beams: Beams,
+    ) -> list[Mode]:
+        """Return the places as modes, near ones together, by falling mass."""
+        share = np.exp(places.log_share)
+        left = share >= LEAST_MASS
+        left[0] = True
+        ends = ends_in_base(beams)
+        modes: list[Mode] = []
+        for index in np.argsort(-share, kind="stable"):
+            if not left[index] or len(modes) == MOST_MODES:
+                continue
+            pose = places.poses[index]
+            same = left & is_within(places.poses, pose)
+            left &= ~same
+            spread = _spread_about(pose, states)
+            covariance = fitted_covariance(pose, ends, self._around, spread)
+            modes.append(Mode(float(share[same].sum()), pose, covariance))
+        return sorted(modes, key=lambda mode: -mode.mass)
+
+    def _by_mass(
+        self,
+        odom_from_base: NDArray[np.float64],
+        states: tuple[NDArray[np.float64], NDArray[np.float64]],
+        *,
+        surprise: bool,
+    ) -> Estimate:
+        """Judge by the mass of the modes, which must stay where odometry expects them."""
+        modes = find_modes(*states)
+        if not modes:
+            state = self._verdict.judge(0.0, [], surprise=surprise)
+            return Estimate(self.estimate.pose, self.estimate.covariance, state, 0.0, [], None)
+        best = modes[0]
+        self._agreeing = self._agreeing + 1 if self._is_steady(best, odom_from_base) else 0
+        confidence = best.mass * min(1.0, self._agreeing / CONFIRMED)
+        masses = [mode.mass for mode in modes]
+        state = self._verdict.judge(confidence, masses, surprise=surprise)
+        return Estimate(best.pose, best.covariance, state, confidence, modes, None)
+
+    def _is_steady(self, best: Mode, odom_from_base: NDArray[np.float64]) -> bool:
+        if self._odom_from_base is None:
+            return self._agreeing > 0
+        way, turn = apart(best.pose, self._expected(odom_from_base))
+        return way <= AGREE_WAY and turn <= AGREE_TURN
+
+
+def _telling(seen: Measurement) -> Beams | None:
+    """Return the laser's beams if they are enough to tell places apart."""
+    beams = seen.beams
+    if beams is None or np.count_nonzero(np.isfinite(beams.ranges)) < LEAST_BEAMS:
+        return None
+    return beams
+
+
+def _spread_about(
+    pose: NDArray[np.float64], states: tuple[NDArray[np.float64], NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """Return the covariance (3, 3) of the belief about a place; wide where it holds nothing."""
+    poses, weights = states
+    near = is_within(poses, pose)
+    if not near.any():
+        return np.diag([0.25, 0.25, 0.07]) ** 2
+    away = poses[near] - pose
+    away[:, 2] = wrap(away[:, 2])
+    share = weights[near] / weights[near].sum()
+    covariance: NDArray[np.float64] = (away * share[:, None]).T @ away
+    return covariance + np.diag([0.03, 0.03, 0.025]) ** 2
