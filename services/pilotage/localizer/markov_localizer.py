@@ -19,6 +19,7 @@ from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
 from pilotage.localizer.measurement import Measurement, Ranges
 from pilotage.localizer.method import MethodName
 from pilotage.localizer.modes import Mode, apart, find_modes
+from pilotage.localizer.obstacles import enclosed
 from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
 from pilotage.localizer.range_model import (
     RangeModelParams,
@@ -90,9 +91,10 @@ class MarkovLocalizer:
         self._states = pose_grid(world, params.grid)
         self.grid = MarkovGrid(self._states, params.spread)
         step = self._states.heading_step
-        self._field = likelihood_field(world, self._states.geometry, step, params.scan)
+        self._enclosed = enclosed(world)
+        self._field = likelihood_field(self._enclosed, self._states.geometry, step, params.scan)
         self.sight = sight or optimistic_ranges(
-            world, self._states.geometry, self._states.headings, params.visibility
+            self._enclosed, self._states.geometry, self._states.headings, params.visibility
         )
         self._table: RangeTable | None = None
         self._judge = Judge(world, params.verdict)
@@ -230,7 +232,7 @@ class MarkovLocalizer:
     def _weigh_ranges(self, seen: Ranges, novelty: float) -> None:
         if self._table is None or self._table.range_max != seen.range_max:
             geometry, headings = self._states.geometry, self._states.headings
-            self._table = range_table(self.world, geometry, headings, seen.range_max)
+            self._table = range_table(self._enclosed, geometry, headings, seen.range_max)
         likelihoods = range_likelihoods(seen.ranges, seen.range_max, self.params.ranges)
         weakened = likelihoods ** np.float32(novelty)
         self.grid.weigh_ranges(seen.bearings, weakened, self._table)

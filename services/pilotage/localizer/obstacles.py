@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.core.distance_field import distance_to_walls
-from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.core.grid import OCCUPIED, GridGeometry, OccupancyMap
 
 FARTHEST = 1e4
 """Distance [cells] told where a map has no wall at all."""
@@ -33,13 +33,25 @@ class Obstacles:
         return se2.compose(np.array(self.geometry.origin), poses)
 
 
-def obstacles(world: OccupancyMap) -> Obstacles:
-    """Return the distances to the obstacles of a map, on its own cells.
+def enclosed(world: OccupancyMap) -> OccupancyMap:
+    """Return a map whose free space ends at walls everywhere.
 
-    An obstacle is what the map does not show as free. Many maps do not show all of their walls:
-    thin ones vanish when an image is made smaller, and glass is drawn as nothing. But a robot
-    could not look beyond the free space that the map's maker saw, so there something stood, if
-    only the end of his laser's reach.
+    Many maps do not show all of their walls: thin ones vanish when an image is made smaller, and
+    glass is drawn as nothing. But a robot could not look beyond the free space that the
+    map's maker saw, so where that meets the unknown something stood, if only the end of his
+    laser's reach.
     """
+    free = world.is_free
+    padded = np.pad(free, 1)
+    beside = np.zeros_like(free)
+    for up in range(3):
+        for right in range(3):
+            beside |= padded[up : up + free.shape[0], right : right + free.shape[1]]
+    cells = np.where(beside & ~free, OCCUPIED, world.cells).astype(np.int8)
+    return OccupancyMap(world.geometry, cells)
+
+
+def obstacles(world: OccupancyMap) -> Obstacles:
+    """Return the distances of a map, on its own cells, to what it does not show as free."""
     distance = distance_to_walls(~world.is_free, 1.0)
     return Obstacles(world.geometry, np.minimum(distance, FARTHEST).astype(np.float32))
