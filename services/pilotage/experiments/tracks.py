@@ -128,9 +128,7 @@ def _walk(walls: Walls, count: int, rng: np.random.Generator) -> NDArray[np.floa
     return np.array(poses[:count])
 
 
-def _follow(
-    pose: NDArray[np.float64], path: NDArray[np.float64]
-) -> Iterator[NDArray[np.float64]]:
+def _follow(pose: NDArray[np.float64], path: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
     """Yield the poses of a robot that drives along points (n, 2), one per scan."""
     at = 0
     while at < len(path) - 1:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core import se2
-from pilotage.localizer.evidence_kernels import weigh_poses
+from pilotage.localizer.evidence_kernels import Scales, Scan, Weights, weigh_poses
 from pilotage.localizer.measurement import Beams
 from pilotage.localizer.obstacles import Obstacles
 
@@ -34,8 +34,8 @@ WEIGHTS = np.array(
 )
 """Weight of evidence [nat] of a beam that came back."""
 
-SILENT_WEIGHTS = np.array([0.3, -1.8])
-"""Weight [nat] of a beam that met nothing: where nothing is within reach, and where there is."""
+SILENT_WEIGHTS = np.array([-1.8, 0.3])
+"""Weight [nat] of a beam that met nothing: where something is within reach, and where not."""
 
 TOLERANCE = 0.3
 """A beam that ends within this distance [m] of the first obstacle on its way has met it."""
@@ -90,25 +90,24 @@ def weigh(
         around: the obstacles.
     """
     cell = around.geometry.resolution
+    refined, sums = weigh_poses(
+        around.distance,
+        around.in_cells(np.reshape(map_from_base, (-1, 3))),
+        _in_cells(beams, novelty, cell),
+        Scales(END_LIMITS / cell, TOLERANCE / cell, PULL / cell, MOST_MOVED / cell, MOST_TURNED),
+        Weights(WEIGHTS, SILENT_WEIGHTS),
+    )
+    return Weighed(around.in_map(refined), *sums.T)
+
+
+def _in_cells(beams: Beams, novelty: NDArray[np.float64], cell: float) -> Scan:
+    """Return a scan as the kernels take it, lengths in cells of `cell` m."""
     chosen = chosen_beams(beams)
     silent = ~np.isfinite(chosen.ranges)
     lengths = np.where(silent, beams.range_max, chosen.ranges) / cell
     rays = np.column_stack([chosen.bearings, lengths, silent.astype(float), novelty])
     mount = np.asarray(beams.base_from_laser, float) / np.array([cell, cell, 1.0])
-    limits = np.array([*END_LIMITS / cell, TOLERANCE / cell])
-    reach = np.array([PULL / cell, MOST_MOVED / cell, MOST_TURNED])
-    refined, sums = weigh_poses(
-        around.distance,
-        around.in_cells(np.reshape(map_from_base, (-1, 3))),
-        ends_in_base(beams) / cell,
-        rays,
-        mount,
-        limits,
-        reach,
-        WEIGHTS,
-        SILENT_WEIGHTS,
-    )
-    return Weighed(around.in_map(refined), *sums.T)
+    return Scan(ends_in_base(beams) / cell, rays, mount)
 
 
 def ends_in_base(beams: Beams) -> NDArray[np.float64]:

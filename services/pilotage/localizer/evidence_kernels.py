@@ -1,7 +1,10 @@
 """Scans against the map from poses between the cells: refining them, and what each beam meets.
 
-Poses (x, y, heading) and beams are in cells of the map's grid, from its corner, along its axes.
+Poses (x, y, heading) and lengths are in cells of the map's grid, from its corner, along its axes.
+Each kernel has a plain twin in tests/naive/evidence.py.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,27 +12,68 @@ from numpy.typing import NDArray
 from pilotage.core.jit import kernel
 
 INSIDE = 0.4
-"""A ray nearer than this [cells] to the centre of a wall's cell has met the wall."""
+"""A ray nearer than this to the centre of an obstacle's cell has met the obstacle."""
 
 LEAST_STEP = 0.4
-"""A ray moves on by so much [cells] at least."""
+"""A ray moves on by so much at least."""
 
 ITERATIONS = 8
 """Steps of Gauss-Newton at most."""
 
-TURN_DAMPING = 400.0
-"""Damping of a turn, in cells^2: that of a place 20 cells away."""
+DAMPING = np.array([1.0, 1.0, 400.0])
+"""Added to the information: a corridor must not slide along itself. A turn counts as 20 cells."""
+
+SMALL_STEP = np.array([2e-3, 2e-3, 1e-4])
+"""A step of Gauss-Newton smaller than this is the last."""
 
 FARTHEST_PULL = 3.0
 """An end farther than so many scales from any wall does not pull at all."""
 
-NOWHERE = -1e3
-"""Evidence for a pose in a wall or off the map."""
+NOWHERE = -1e3, -1.0
+"""Evidence, in all and of a beam, for a pose in a wall or off the map."""
+
+THROUGH, MET, SHORT = 0, 1, 2
+
+
+class Scan(NamedTuple):
+    """A laser scan.
+
+    `ends`: (m, 2) of all beams that came back, in the robot's frame; `rays`: (k, 4) bearing,
+    length, 1 where nothing came back, and weight of those that are weighed; `mount`: (3,) of the
+    laser on the robot.
+    """
+
+    ends: NDArray[np.float64]
+    rays: NDArray[np.float64]
+    mount: NDArray[np.float64]
+
+
+class Scales(NamedTuple):
+    """`limits`: (4,) classes of an end's distance from an obstacle; `tolerance` of a range.
+
+    `pull`: scale of an obstacle's pull; `moved`, `turned`: how far a pose may be refined.
+    """
+
+    limits: NDArray[np.float64]
+    tolerance: float
+    pull: float
+    moved: float
+    turned: float
+
+
+class Weights(NamedTuple):
+    """`back`: (3, 5) of a beam that went through, met, fell short, by class of its end.
+
+    `silent`: (2,) of a beam that met nothing, through an obstacle, and rightly.
+    """
+
+    back: NDArray[np.float64]
+    silent: NDArray[np.float64]
 
 
 @kernel
 def distance_at(distance: NDArray[np.float32], x: float, y: float) -> float:
-    """Return the distance [cells] to the nearest wall, bilinear; -1 off the map."""
+    """Return the distance to the nearest obstacle, bilinear; -1 off the map."""
     rows, cols = distance.shape
     u, v = x - 0.5, y - 0.5
     if not (0.0 <= u < cols - 1 and 0.0 <= v < rows - 1):
@@ -42,17 +86,17 @@ def distance_at(distance: NDArray[np.float32], x: float, y: float) -> float:
 
 
 @kernel
-def first_wall(
-    distance: NDArray[np.float32], x: float, y: float, angle: float, reach: float
+def first_obstacle(
+    distance: NDArray[np.float32], origin: NDArray[np.float64], reach: float
 ) -> float:
-    """Return how far [cells] a ray travels until it meets a wall; `reach` if it meets none.
+    """Return how far a ray from an origin (3,) travels to an obstacle; `reach` if it meets none.
 
-    It may step as far as the nearest wall is away without missing one.
+    It may step as far as the nearest obstacle is away without missing one.
     """
-    cos, sin = np.cos(angle), np.sin(angle)
+    cos, sin = np.cos(origin[2]), np.sin(origin[2])
     travelled = 0.0
     while travelled < reach:
-        near = distance_at(distance, x + travelled * cos, y + travelled * sin)
+        near = distance_at(distance, origin[0] + travelled * cos, origin[1] + travelled * sin)
         if near < 0.0:
             return reach
         if near < INSIDE:
@@ -63,46 +107,35 @@ def first_wall(
 
 @kernel
 def refined_pose(
-    distance: NDArray[np.float32],
-    pose: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    scale: float,
-    damping: float,
+    distance: NDArray[np.float32], pose: NDArray[np.float64], ends: NDArray[np.float64], pull: float
 ) -> NDArray[np.float64]:
     """Return the pose (3,) near `pose` that puts beam ends (n, 2) of the robot's frame onto walls.
 
-    Gauss-Newton on the distance to the nearest wall; an end farther than `scale` [cells] from
-    any pulls less and less, so that people and furniture do not matter. `damping` is added to
-    the information of each coordinate: a corridor must not slide along itself.
+    Gauss-Newton on the distance to the nearest wall; an end farther than `pull` from any
+    pulls less and less, so that people and furniture do not matter.
     """
     refined = pose.copy()
-    information = np.empty((3, 3))
-    force = np.empty(3)
     for _ in range(ITERATIONS):
-        information[:] = 0.0
-        force[:] = 0.0
-        _add_ends(distance, refined, ends, scale, information, force)
-        information[0, 0] += damping
-        information[1, 1] += damping
-        information[2, 2] += damping * TURN_DAMPING
-        step = _solved(information, force)
+        system = normal_equations(distance, refined, ends, pull)
+        for i in range(3):
+            system[i, i] += DAMPING[i]
+        step = _solved(system)
         refined += step
-        if abs(step[0]) < 2e-3 and abs(step[1]) < 2e-3 and abs(step[2]) < 1e-4:
+        if np.all(np.abs(step) < SMALL_STEP):
             break
     return refined
 
 
 @kernel
-def _add_ends(
-    distance: NDArray[np.float32],
-    pose: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    scale: float,
-    information: NDArray[np.float64],
-    force: NDArray[np.float64],
-) -> None:
-    """Add each end's part to J^T W J and -J^T W d, J being the distance's gradient by the pose."""
+def normal_equations(
+    distance: NDArray[np.float32], pose: NDArray[np.float64], ends: NDArray[np.float64], pull: float
+) -> NDArray[np.float64]:
+    """Return J^T W J and -J^T W d side by side (3, 4), of the ends' distances d to a wall.
+
+    J is their gradient by the pose, W falls with the distance over `pull`.
+    """
     rows, cols = distance.shape
+    system = np.zeros((3, 4))
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     for i in range(len(ends)):
         dx = cos * ends[i, 0] - sin * ends[i, 1]
@@ -115,51 +148,36 @@ def _add_ends(
         a, b = distance[row, col], distance[row, col + 1]
         c, e = distance[row + 1, col], distance[row + 1, col + 1]
         d = (a * (1.0 - fx) + b * fx) * (1.0 - fy) + (c * (1.0 - fx) + e * fx) * fy
-        if d > FARTHEST_PULL * scale:
+        if d > FARTHEST_PULL * pull:
             continue
         gx = (b - a) * (1.0 - fy) + (e - c) * fy
         gy = (c - a) * (1.0 - fx) + (e - b) * fx
         turning = gy * dx - gx * dy
-        weight = 1.0 / (1.0 + (d / scale) ** 2) ** 2
-        information[0, 0] += weight * gx * gx
-        information[0, 1] += weight * gx * gy
-        information[0, 2] += weight * gx * turning
-        information[1, 1] += weight * gy * gy
-        information[1, 2] += weight * gy * turning
-        information[2, 2] += weight * turning * turning
-        force[0] -= weight * gx * d
-        force[1] -= weight * gy * d
-        force[2] -= weight * turning * d
-    information[1, 0] = information[0, 1]
-    information[2, 0] = information[0, 2]
-    information[2, 1] = information[1, 2]
+        weight = 1.0 / (1.0 + (d / pull) ** 2) ** 2
+        system[0, 0] += weight * gx * gx
+        system[0, 1] += weight * gx * gy
+        system[0, 2] += weight * gx * turning
+        system[1, 1] += weight * gy * gy
+        system[1, 2] += weight * gy * turning
+        system[2, 2] += weight * turning * turning
+        system[0, 3] -= weight * gx * d
+        system[1, 3] -= weight * gy * d
+        system[2, 3] -= weight * turning * d
+    system[1, 0], system[2, 0], system[2, 1] = system[0, 1], system[0, 2], system[1, 2]
+    return system
 
 
 @kernel
-def fit_information(
-    distance: NDArray[np.float32],
-    pose: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    scale: float,
-) -> NDArray[np.float64]:
-    """Return J^T W J (3, 3) of the ends' distances to the nearest wall, as `refined_pose` has it."""
-    information = np.zeros((3, 3))
-    force = np.zeros(3)
-    _add_ends(distance, pose, ends, scale, information, force)
-    return information
-
-
-@kernel
-def _solved(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return x with a x = b for a positive (3, 3), by Cholesky's factors written out."""
-    l00 = np.sqrt(a[0, 0])
-    l10, l20 = a[1, 0] / l00, a[2, 0] / l00
-    l11 = np.sqrt(a[1, 1] - l10 * l10)
-    l21 = (a[2, 1] - l20 * l10) / l11
-    l22 = np.sqrt(a[2, 2] - l20 * l20 - l21 * l21)
-    y0 = b[0] / l00
-    y1 = (b[1] - l10 * y0) / l11
-    y2 = (b[2] - l20 * y0 - l21 * y1) / l22
+def _solved(system: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return x with a x = b for [a b] (3, 4), a positive, by Cholesky's factors written out."""
+    l00 = np.sqrt(system[0, 0])
+    l10, l20 = system[1, 0] / l00, system[2, 0] / l00
+    l11 = np.sqrt(system[1, 1] - l10 * l10)
+    l21 = (system[2, 1] - l20 * l10) / l11
+    l22 = np.sqrt(system[2, 2] - l20 * l20 - l21 * l21)
+    y0 = system[0, 3] / l00
+    y1 = (system[1, 3] - l10 * y0) / l11
+    y2 = (system[2, 3] - l20 * y0 - l21 * y1) / l22
     x2 = y2 / l22
     x1 = (y1 - l21 * x2) / l11
     return np.array([(y0 - l10 * x1 - l20 * x2) / l00, x1, x2])
@@ -169,80 +187,84 @@ def _solved(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float6
 def weigh_poses(
     distance: NDArray[np.float32],
     poses: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    rays: NDArray[np.float64],
-    mount: NDArray[np.float64],
-    limits: NDArray[np.float64],
-    reach: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    silent_weights: NDArray[np.float64],
+    scan: Scan,
+    scales: Scales,
+    weights: Weights,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Refine poses (n, 3) on the ends (m, 2) of beams and weigh each by rays (k, 4).
-
-    Args:
-        distance: (rows, cols) to the nearest obstacle.
-        poses: of the robot.
-        ends: of all beams that came back, in the robot's frame.
-        rays: bearing, length, 1 where nothing came back, and weight of each ray of the laser.
-        mount: (3,) of the laser on the robot.
-        limits: (5,) classes of an end's distance, and tolerance of a range.
-        reach: (3,) of the pull of an obstacle, and how far a pose may move and turn.
-        weights: (3, 5) of beams that went through, met, fell short; by class of distance.
-        silent_weights: (2,) of beams without a return: rightly, and through an obstacle.
+    """Refine poses (n, 3) of the robot on a scan and weigh each by its rays.
 
     Returns:
         The refined poses (n, 3), and per pose (n, 4) the evidence, the share of rays that met
         an obstacle as they should, the share that went through one, and the mean weight.
     """
     refined = np.empty_like(poses)
-    sums = np.zeros((len(poses), 4))
+    sums = np.empty((len(poses), 4))
     for i in range(len(poses)):
-        pose = refined_pose(distance, poses[i], ends, reach[0], 1.0)
+        pose = refined_pose(distance, poses[i], scan.ends, scales.pull)
         moved = np.hypot(pose[0] - poses[i, 0], pose[1] - poses[i, 1])
-        if moved > reach[1] or abs(pose[2] - poses[i, 2]) > reach[2]:
+        if moved > scales.moved or abs(pose[2] - poses[i, 2]) > scales.turned:
             pose = poses[i].copy()
         refined[i] = pose
-        if distance_at(distance, pose[0], pose[1]) < 0.5:
-            sums[i, 0] = NOWHERE
-            sums[i, 3] = -1.0
-            continue
-        cos, sin = np.cos(pose[2]), np.sin(pose[2])
-        x = pose[0] + cos * mount[0] - sin * mount[1]
-        y = pose[1] + sin * mount[0] + cos * mount[1]
-        for ray in rays:
-            kind, place = _met(distance, x, y, pose[2] + mount[2] + ray[0], ray, limits)
-            word = weights[kind, place]
-            if ray[2] > 0.0:
-                word = silent_weights[1 if kind == 0 else 0]
-            elif kind == 1 and place < 3:
-                sums[i, 1] += 1.0
-            if kind == 0:
-                sums[i, 2] += 1.0
-            sums[i, 0] += ray[3] * word
-            sums[i, 3] += word
-        sums[i, 1:] /= max(1, len(rays))
+        sums[i] = _weighed(distance, pose, scan, scales, weights)
     return refined, sums
 
 
 @kernel
-def _met(
+def _weighed(
     distance: NDArray[np.float32],
-    x: float,
-    y: float,
-    angle: float,
-    ray: NDArray[np.float64],
-    limits: NDArray[np.float64],
+    pose: NDArray[np.float64],
+    scan: Scan,
+    scales: Scales,
+    weights: Weights,
+) -> NDArray[np.float64]:
+    """Return what rays say of a pose: evidence, shares that met and went through, mean weight."""
+    sums = np.zeros(4)
+    if distance_at(distance, pose[0], pose[1]) < 0.5:
+        sums[0], sums[3] = NOWHERE
+        return sums
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    origin = np.empty(3)
+    origin[0] = pose[0] + cos * scan.mount[0] - sin * scan.mount[1]
+    origin[1] = pose[1] + sin * scan.mount[0] + cos * scan.mount[1]
+    for ray in scan.rays:
+        origin[2] = pose[2] + scan.mount[2] + ray[0]
+        kind, place = _met(distance, origin, ray[1], scales)
+        if ray[2] > 0.0:
+            word = weights.silent[min(kind, 1)]
+        else:
+            word = weights.back[kind, place]
+            sums[1] += kind == MET and place < 3
+        sums[2] += kind == THROUGH
+        sums[0] += ray[3] * word
+        sums[3] += word
+    sums[1:] /= max(1, len(scan.rays))
+    return sums
+
+
+@kernel
+def _met(
+    distance: NDArray[np.float32], origin: NDArray[np.float64], length: float, scales: Scales
 ) -> tuple[int, int]:
-    """Return whether a ray went through (0), met (1), fell short (2), and the class of its end."""
-    length, tolerance = ray[1], limits[4]
-    met = first_wall(distance, x, y, angle, length + 1.5 * tolerance)
-    kind = 1
-    if met < length - tolerance:
-        kind = 0
-    elif met > length + tolerance:
-        kind = 2
-    end = distance_at(distance, x + length * np.cos(angle), y + length * np.sin(angle))
+    """Return whether a ray went through an obstacle, met it or fell short; and its end's class."""
+    met = first_obstacle(distance, origin, length + 1.5 * scales.tolerance)
+    kind = MET
+    if met < length - scales.tolerance:
+        kind = THROUGH
+    elif met > length + scales.tolerance:
+        kind = SHORT
+    x = origin[0] + length * np.cos(origin[2])
+    y = origin[1] + length * np.sin(origin[2])
+    end = distance_at(distance, x, y)
     place = 0
-    while place < 4 and (end < 0.0 or end >= limits[place]):
+    while place < len(scales.limits) and (end < 0.0 or end >= scales.limits[place]):
         place += 1
     return kind, place
+
+
+def warm_up() -> None:
+    """Compile the kernels for the types they meet in service."""
+    distance = np.ones((4, 4), np.float32)
+    scan = Scan(np.ones((1, 2)), np.ones((1, 4)), np.zeros(3))
+    scales = Scales(np.ones(4), 1.0, 1.0, 1.0, 1.0)
+    weigh_poses(distance, np.ones((1, 3)), scan, scales, Weights(np.ones((3, 5)), np.ones(2)))
+    normal_equations(distance, np.ones(3), np.ones((1, 2)), 1.0)

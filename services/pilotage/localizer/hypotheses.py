@@ -11,7 +11,8 @@ that it competes on equal terms.
 """
 
 from collections import deque
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +49,10 @@ RATE = 0.25
 """Share by which a new scan changes how well a place usually fits."""
 
 
+Witness = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""What others than the laser say of poses (n, 3): log-likelihoods (n,)."""
+
+
 @dataclass(frozen=True)
 class Seen:
     """A scan of the last ones: where odometry put it, its beams and how new they were."""
@@ -55,15 +60,17 @@ class Seen:
     odom_from_base: NDArray[np.float64]
     beams: Beams
     novelty: NDArray[np.float64]
+    witness: Witness | None
 
 
 @dataclass
 class Places:
     """Poses (n, 3) in map and what is known of each.
 
-    `log_share` (n,): log of the probability; `recent` (n, KEPT_SCANS): evidence of the last scans,
-    newest first; `met`, `through` (n,): share of beams that usually meet, or go through, what
-    the map shows; `fit` (n,): usual mean evidence of a beam [nat]; `scans` (n,): how many it was followed for.
+    `log_share` (n,): log of the probability; `recent` (n, KEPT_SCANS): evidence of the last
+    scans, newest first; `met`, `through` (n,): share of beams that usually meet, or go through,
+    what the map shows; `fit` (n,): usual mean evidence of a beam [nat]; `scans` (n,): how
+    many it was followed for.
     """
 
     poses: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
@@ -117,11 +124,16 @@ class Hypotheses:
         self._last.clear()
 
     def follow(
-        self, odom_from_base: NDArray[np.float64], beams: Beams, proposed: NDArray[np.float64]
+        self,
+        odom_from_base: NDArray[np.float64],
+        beams: Beams,
+        proposed: NDArray[np.float64],
+        witness: Witness | None = None,
     ) -> None:
         """Move on to a scan taken at `odom_from_base` (3,), and take up proposed poses (m, 3)."""
         chosen = chosen_beams(beams)
-        seen = Seen(odom_from_base, beams, self._surfaces.novelty(odom_from_base, chosen))
+        novelty = self._surfaces.novelty(odom_from_base, chosen)
+        seen = Seen(odom_from_base, beams, novelty, witness)
         self._surfaces.keep(odom_from_base, chosen)
         if self._last and len(self.places):
             increment = se2.between(self._last[-1].odom_from_base, odom_from_base)
@@ -144,7 +156,15 @@ class Hypotheses:
         return weigh(poses, beams, np.ones(len(chosen_beams(beams).ranges)), self._around)
 
     def _weigh(self, poses: NDArray[np.float64], seen: Seen) -> Weighed:
-        return weigh(poses, seen.beams, seen.novelty, self._around)
+        """Return what a scan says of poses, and what others say of them at the same time.
+
+        These repeat their errors too as long as nothing new is seen.
+        """
+        weighed = weigh(poses, seen.beams, seen.novelty, self._around)
+        if seen.witness is None:
+            return weighed
+        word = seen.witness(weighed.poses) * float(seen.novelty.mean()) / CORRELATED
+        return replace(weighed, evidence=weighed.evidence + word)
 
     def _take_up(self, poses: NDArray[np.float64]) -> None:
         """Follow new places (m, 3) of now, with the evidence of the last scans."""
@@ -203,9 +223,7 @@ class Hypotheses:
             self.places.log_share = share - np.log(np.exp(share).sum())
 
 
-def _apart_from(
-    proposed: NDArray[np.float64], poses: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _apart_from(proposed: NDArray[np.float64], poses: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the proposed poses (k, 3) that are none of `poses` (n, 3)."""
     known = [bool(_near(poses, pose, SAME_WAY, SAME_TURN).any()) for pose in proposed]
     return proposed[~np.array(known, bool)]

@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.core.grid import OccupancyMap
+from pilotage.core.landmark_map import LandmarkMap
+from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.confidence import Signs, confidence_of
 from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.evidence import ends_in_base
-from pilotage.localizer.hypotheses import Hypotheses, Places
+from pilotage.localizer.hypotheses import Hypotheses, Places, Witness
+from pilotage.localizer.landmark_model import landmark_likelihoods
 from pilotage.localizer.measurement import Beams, Measurement
 from pilotage.localizer.modes import LEAST_MASS, MOST_MODES, Mode, apart, find_modes, is_within
 from pilotage.localizer.obstacles import obstacles
@@ -44,7 +47,13 @@ AGREE_WAY, AGREE_TURN = 0.6, 0.35
 class Judge:
     """Judges beliefs by scans; `estimate` is its last word."""
 
-    def __init__(self, world: OccupancyMap, params: VerdictParams | None = None) -> None:
+    def __init__(
+        self,
+        world: OccupancyMap,
+        params: VerdictParams | None = None,
+        landmarks: LandmarkMap | None = None,
+    ) -> None:
+        self._landmarks = landmarks
         self._around = obstacles(world)
         self._hypotheses = Hypotheses(self._around)
         self._verdict = Verdict(params or VerdictParams())
@@ -105,19 +114,21 @@ class Judge:
         if beams is None:
             self.estimate = self._by_mass(odom_from_base, states, surprise=surprise)
         else:
-            self.estimate = self._by_places(odom_from_base, states, beams, surprise=surprise)
+            self._follow(odom_from_base, states, seen, surprise=surprise)
+            self.estimate = self._by_places(states, beams, surprise=surprise)
         self._odom_from_base = odom_from_base.copy()
         self._judged += 1
         return self.estimate
 
-    def _by_places(
+    def _follow(
         self,
         odom_from_base: NDArray[np.float64],
         states: tuple[NDArray[np.float64], NDArray[np.float64]],
-        beams: Beams,
+        seen: Measurement,
         *,
         surprise: bool,
-    ) -> Estimate:
+    ) -> None:
+        """Follow the places to this measurement; after a surprise all compete anew."""
         if surprise:
             self._hypotheses.forget()
             self._judged = 0
@@ -125,7 +136,34 @@ class Judge:
         proposed = find_peaks(*states, most)
         if surprise:
             proposed = np.concatenate([proposed, self._expected(odom_from_base)[None]])
-        self._hypotheses.follow(odom_from_base, beams, proposed)
+        beams = seen.beams
+        if beams is not None:
+            self._hypotheses.follow(odom_from_base, beams, proposed, self._witness(seen))
+
+    def _witness(self, seen: Measurement) -> Witness | None:
+        """Return what compass and landmarks say of poses."""
+        compass, sightings, known = seen.compass, seen.landmarks, self._landmarks
+        if compass is None and (sightings is None or known is None):
+            return None
+
+        def words(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+            total = np.zeros(len(poses))
+            if compass is not None:
+                total += np.log(compass_likelihood(poses[:, 2], *compass))
+            if sightings is not None and known is not None:
+                total += landmark_likelihoods(poses, sightings, known)
+            return total
+
+        return words
+
+    def _by_places(
+        self,
+        states: tuple[NDArray[np.float64], NDArray[np.float64]],
+        beams: Beams,
+        *,
+        surprise: bool,
+    ) -> Estimate:
+        """Judge by the places that are followed."""
         places = self._hypotheses.places
         if not len(places):
             state = self._verdict.judge(0.0, [], surprise=surprise)

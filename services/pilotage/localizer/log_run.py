@@ -94,9 +94,7 @@ def _measurement(record: ScanRecord | SonarRecord, localizer: MarkovLocalizer) -
     if isinstance(record, ScanRecord):
         angles = record.angle_min, record.angle_increment
         beams = localizer.params.beams
-        return scan_measurement(
-            record.ranges, angles, record.laser_mount, beams, record.range_max
-        )
+        return scan_measurement(record.ranges, angles, record.laser_mount, beams, record.range_max)
     at_centre = np.zeros((len(record.directions), 3), np.float32)
     at_centre[:, 2] = record.directions
     return ranges_measurement(record.ranges, at_centre, SONAR_RANGE_MAX)

@@ -24,7 +24,7 @@ class Ranges:
 
 @dataclass(frozen=True)
 class Beams:
-    """A laser scan: `bearings` (n,) from the laser, `ranges` (n,), infinite where nothing came back.
+    """A laser scan: `bearings` (n,) and `ranges` (n,) from the laser, infinite = nothing came back.
 
     `base_from_laser` (3,) is the laser's mount, `range_max` [m] how far it sees.
     """
@@ -39,9 +39,9 @@ class Beams:
 class Measurement:
     """What the sensors saw at one moment.
 
-    `beams`: the laser's scan as it was; `ends`: (n, 2) ends of the laser beams that weigh the belief, in base_link; `all_ends` (m, 2)
-    of all of them, for refining the pose; `compass`: yaw in map and its standard deviation [rad];
-    `landmarks`: sightings from base_link.
+    `beams`: the laser's scan as it was; `ends`: (n, 2) ends of the laser beams that weigh the
+    belief, in base_link; `all_ends` (m, 2) of all of them; `compass`: yaw in map and its standard
+    deviation [rad]; `landmarks`: sightings from base_link.
     """
 
     beams: Beams | None = None

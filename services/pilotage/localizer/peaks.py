@@ -12,7 +12,7 @@ BESIDE_WAY, BESIDE_TURN = 0.4, 0.2
 def find_peaks(
     poses: NDArray[np.float64], weights: NDArray[np.float64], most: int
 ) -> NDArray[np.float64]:
-    """Return the summits (m, 3), at most `most`, of states (n, 3) with weights (n,), heaviest first."""
+    """Return the `most` highest summits (m, 3) of states (n, 3) with weights (n,)."""
     order = np.argsort(-weights, kind="stable")
     chosen = summits(np.ascontiguousarray(poses[order]), most, BESIDE_WAY, BESIDE_TURN)
     return poses[order][chosen]

@@ -9,7 +9,7 @@ the belief has to say it.
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.localizer.evidence_kernels import fit_information
+from pilotage.localizer.evidence_kernels import normal_equations
 from pilotage.localizer.obstacles import Obstacles
 
 END_SIGMA = 0.05
@@ -37,9 +37,8 @@ def fitted_covariance(
         spread: (3, 3) of the belief there, for the directions in which the fit says nothing.
     """
     cell = around.geometry.resolution
-    information = fit_information(
-        around.distance, around.in_cells(pose), ends / cell, PULL / cell
-    )
+    pose_cells, ends_cells = around.in_cells(pose), ends / cell
+    information = normal_equations(around.distance, pose_cells, ends_cells, PULL / cell)[:, :3]
     scale = np.array([1.0, 1.0, cell])
     information = information * np.outer(scale, scale) * (CORRELATED / END_SIGMA**2)
     cos, sin = np.cos(around.geometry.origin[2]), np.sin(around.geometry.origin[2])
