@@ -113,6 +113,26 @@ def localize(  # noqa: PLR0913, PLR0917 - the options that design section 4 fixe
     )
 
 
+@app.command()
+def experiment(
+    name: Annotated[str, typer.Argument(metavar="ID", help="Its name, or 'list'.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for report.json and plots.", show_default=False)
+    ] = None,
+    runs: Annotated[
+        int | None, typer.Option(min=1, help="How often to repeat it.", show_default=False)
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.")] = 0,
+) -> None:
+    """Redo an experiment of the papers; 'list' names them."""
+    from pilotage import experiment_command as command  # noqa: PLC0415 - see above
+
+    if name == "list":
+        command.list_experiments()
+    else:
+        command.run_experiment(command.ExperimentOptions(name, runs, seed, out))
+
+
 driver_app = typer.Typer(help="Drivers of robots.")
 app.add_typer(driver_app, name="driver")
 

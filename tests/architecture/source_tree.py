@@ -11,7 +11,7 @@ from pathlib import Path
 REPOSITORY = Path(__file__).resolve().parents[2]
 PILOTAGE = REPOSITORY / "services" / "pilotage"
 SCHEMAS = REPOSITORY / "schemas" / "pilotage_schemas"
-NOT_SERVICES = {"core", "bus", "experiments"}
+NOT_SERVICES = {"core", "bus", "experiments", "bench"}
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def product_modules() -> list[Module]:
 
 
 def service_folders() -> list[Path]:
-    """The folders of the services: all packages but core, bus and experiments."""
+    """The folders of the services: all packages but core, bus, experiments and bench."""
     return sorted(
         folder
         for folder in PILOTAGE.iterdir()

@@ -39,6 +39,7 @@ HOMES = {
         "bytes become messages in pilotage_schemas.codec",
     ),
     "typer": Home(("pilotage.cli",), "the command line is cli.py"),
+    "matplotlib": Home(("pilotage.experiments.",), "only experiments draw figures"),
 }
 
 CORE_MAY_IMPORT = {"numpy", "numba", "pilotage", *sys.stdlib_module_names}

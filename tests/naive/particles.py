@@ -44,7 +44,7 @@ def summed_levels(
     levels: NDArray[np.uint8],
     geometry: GridGeometry,
 ) -> list[float]:
-    """Twin of `sum_levels`."""
+    """Twin of `sum_levels`: `levels` (rows, cols, headings)."""
     sums = []
     for pose in poses:
         (cell,) = geometry.cells_of(pose[None, :2])
@@ -52,8 +52,8 @@ def summed_levels(
         if geometry.contains(cell[None])[0]:
             for beam, bearing in enumerate(bearings):
                 turns = (pose[2] + bearing) / math.tau
-                layer = round(turns * len(levels)) % len(levels)
-                total += float(costs[beam, levels[layer, cell[0], cell[1]]])
+                layer = round(turns * levels.shape[2]) % levels.shape[2]
+                total += float(costs[beam, levels[cell[0], cell[1], layer]])
         sums.append(total)
     return sums
 

@@ -58,7 +58,7 @@ def test_the_ends_of_beams_cost_what_their_cells_say(seed: int, beams: int, turn
 def test_expected_ranges_cost_what_their_levels_say(seed: int, beams: int, turn: float) -> None:
     rng = np.random.default_rng(seed)
     geometry = GridGeometry(5, 8, 0.5, (-1.0, 4.0, turn))
-    levels = rng.integers(0, 256, (12, 5, 8)).astype(np.uint8)
+    levels = rng.integers(0, 256, (5, 8, 12)).astype(np.uint8)
     costs = rng.random((beams, 256)).astype(np.float32)
     bearings = rng.uniform(-np.pi, np.pi, beams)
     poses = poses_near(geometry, 30, rng)

@@ -2,197 +2,30 @@
 
 import logging
 import math
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from localizer_world import (
-    ANGLE_MIN,
-    ANGLE_STEP,
-    BEARINGS,
-    ELSEWHERE,
-    RANGE_MAX,
-    ROUND,
-    START,
-    error,
-    flat,
-)
-from pilotage.bus.clock import HandClock
-from pilotage.bus.deployment import Deployment
-from pilotage.bus.fabric import RefusedError, Sample
-from pilotage.bus.fake import FakeFabric
+from localizer_bench import STANDING, WORLD, Bench, pose2
+from localizer_world import ELSEWHERE, ROUND, flat
+from pilotage.bus.fabric import RefusedError
 from pilotage.bus.node import Node
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
-from pilotage.core.raycast import cast_scan
 from pilotage.localizer.config import LocalizerSettings
-from pilotage.localizer.service import LocalizerService
+from pilotage.localizer.markov_localizer import MarkovLocalizer
 from pilotage.localizer.storage import MEMORY_FILE
 from pilotage.mapper.service import grid_message
-from pilotage_schemas.codec import decode
 from pilotage_schemas.commands import Done, Nothing, SetAlgorithm, SetPose
-from pilotage_schemas.geometry import Pose2, Twist2
-from pilotage_schemas.localization import Belief, PoseEstimate
-from pilotage_schemas.message import Message, Part
-from pilotage_schemas.sensors import (
-    Heading,
-    LaserScan,
-    Odometry,
-    RobotDescription,
-    SensorMount,
-    SonarScan,
-)
-
-WORLD = flat()
-LASER = np.array([0.12, 0.0, 0.1])
-"""The laser sits ahead of the robot's centre and looks a little to the left."""
-
-STANDING = (0.0, 0.0, 0.0)
-SONAR = np.zeros((16, 3), np.float32)
-SONAR[:, 2] = np.arange(16) * math.tau / 16
+from pilotage_schemas.geometry import Pose2
 
 
-def pose2(pose: np.ndarray) -> Pose2:
-    return Pose2(x=float(pose[0]), y=float(pose[1]), theta=float(pose[2]))
-
-
-@dataclass
-class Bench:
-    """A robot that is driven by hand, the localizer, and what it has said."""
-
-    folder: Path | None = None
-    settings: LocalizerSettings = field(default_factory=lambda: LocalizerSettings(headings=36))
-    world: OccupancyMap = WORLD
-    fabric: FakeFabric = field(default_factory=FakeFabric)
-    clock: HandClock = field(default_factory=HandClock)
-    pose: np.ndarray = field(default_factory=lambda: np.array(START))
-    odom: np.ndarray = field(default_factory=lambda: np.array([7.0, -3.0, 2.0]))
-    poses: list[PoseEstimate] = field(default_factory=list)
-    beliefs: list[Belief] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self._listen("pose", PoseEstimate, self.poses)
-        self._listen("belief", Belief, self.beliefs)
-        self.robot = Node("robot", "demo", self.fabric, self.clock)
-        self.mapper = Node("mapper", "demo", self.fabric, self.clock)
-        self.asking = Node("gateway", "demo", self.fabric, self.clock)
-        self.begin_localizer()
-
-    def begin_localizer(self) -> None:
-        self.node = Node("localizer", "demo", self.fabric, self.clock)
-        self.service = LocalizerService(self.settings, self.node, Deployment(run_dir=self.folder))
-        self.fabric.pump = self.step
-        self.step()
-
-    def step(self) -> None:
-        self.node.step()
-
-    def crash_localizer(self) -> None:
-        self.fabric._subscribers = self.fabric._subscribers[:2]
-        self.begin_localizer()
-
-    def put_map(self, world: OccupancyMap | None = None) -> None:
-        grid = grid_message(world or self.world, "flat", self.clock.now_ns())
-        self.put("map", grid, by=self.mapper)
-
-    def put(self, topic: str, message: Message, by: Node | None = None) -> None:
-        (by or self.robot).publisher(topic).publish(message)
-        self.node.step()
-
-    def describe(self, frame: str = "laser") -> None:
-        mount = SensorMount(frame_id=frame, kind="laser", pose=pose2(LASER))
-        self.put(
-            "description",
-            RobotDescription(
-                stamp_ns=self.clock.now_ns(),
-                frame_id="base_link",
-                name="demo",
-                driver="hand",
-                footprint=np.zeros((0, 2), np.float32),
-                mounts=(mount,),
-                max_linear=1.0,
-                max_angular=2.0,
-                commands=(),
-            ),
-        )
-
-    def begin(self) -> None:
-        self.put_map()
-        self.describe()
-
-    def say_odometry(self) -> None:
-        self.put(
-            "odometry",
-            Odometry(
-                stamp_ns=self.clock.now_ns(),
-                frame_id="odom",
-                pose=pose2(self.odom),
-                twist=Twist2(vx=0.0, vy=0.0, omega=0.0),
-                covariance=np.eye(3),
-            ),
-        )
-
-    def scan(self) -> LaserScan:
-        ranges = cast_scan(self.world, se2.compose(self.pose, LASER), BEARINGS, RANGE_MAX)
-        return LaserScan(
-            stamp_ns=self.clock.now_ns(),
-            frame_id="laser",
-            angle_min=ANGLE_MIN,
-            angle_increment=ANGLE_STEP,
-            range_min=0.05,
-            range_max=RANGE_MAX,
-            ranges=ranges.astype(np.float32),
-        )
-
-    def sonar(self) -> SonarScan:
-        ranges = cast_scan(self.world, self.pose, SONAR[:, 2], 4.0)
-        return SonarScan(
-            stamp_ns=self.clock.now_ns(),
-            frame_id="base_link",
-            mounts=SONAR,
-            ranges=ranges.astype(np.float32),
-            cone=0.4,
-            range_min=0.05,
-            range_max=4.0,
-        )
-
-    def heading(self) -> Heading:
-        stamp_ns = self.clock.now_ns()
-        return Heading(stamp_ns=stamp_ns, frame_id="map", yaw=float(self.pose[2]), sigma=0.1)
-
-    def go(self, step: tuple[float, float, float], seconds: float = 1.0) -> PoseEstimate:
-        self.clock.advance(seconds)
-        self.pose, self.odom = se2.compose(self.pose, step), se2.compose(self.odom, step)
-        self.say_odometry()
-        self.put("scan", self.scan())
-        return self.latest()
-
-    def latest(self) -> PoseEstimate:
-        """The pose after a further odometry message, which carries the newest estimate."""
-        self.clock.advance(0.1)
-        self.say_odometry()
-        return self.poses[-1]
-
-    def drive_round(self) -> None:
-        for step in [STANDING, *ROUND]:
-            self.go(step)
-        assert self.poses[-1].state == "localized"
-
-    def ask(self, query: str, request: Part) -> Part:
-        return self.asking.ask(query, request)
-
-    def is_right(self, within: float = 0.1) -> bool:
-        said = self.poses[-1].pose
-        away, turn = error([said.x, said.y, said.theta], self.pose)
-        return away < within and turn < 0.06
-
-    def _listen(self, topic: str, kind: type[Message], heard: list) -> None:  # type: ignore[type-arg]  # of either kind
-        def hear(sample: Sample) -> None:
-            heard.append(decode(kind, sample.payload))
-
-        self.fabric.declare_subscriber(f"pilotage/@v1/demo/{topic}", "latest_wins", hear)
+def states_of(bench: Bench) -> int:
+    """How many states the grid has."""
+    method = bench.method
+    assert isinstance(method, MarkovLocalizer)
+    return method.grid.grid.admissible_states
 
 
 @pytest.fixture
@@ -218,7 +51,7 @@ def test_without_a_map_nothing_is_said_and_commands_are_refused(bench: Bench) ->
 def test_a_map_gives_an_even_belief_at_once(bench: Bench) -> None:
     bench.put_map()
     (belief,) = bench.beliefs
-    states = bench.service._running().grid.grid.admissible_states
+    states = states_of(bench)
     assert belief.entropy == pytest.approx(math.log2(states), abs=2e-3)
     assert belief.map_id == grid_message(WORLD, "flat", 0).map_id
 
@@ -299,7 +132,7 @@ def test_relocalize_forgets_everything_and_shows_it_at_once(bench: Bench) -> Non
     bench.begin()
     bench.drive_round()
     assert isinstance(bench.ask("relocalize", Nothing()), Done)
-    states = bench.service._running().grid.grid.admissible_states
+    states = states_of(bench)
     assert bench.beliefs[-1].entropy == pytest.approx(math.log2(states), abs=2e-3)
     assert bench.latest().state == "unknown"
     circle = [bench.go((0.15, 0.0, 0.3)).state for _ in range(12)]
@@ -336,7 +169,7 @@ def test_a_scan_of_an_unknown_frame_is_ignored_and_said(
     assert [record.message for record in caplog.records] == [
         "scan: the robot's description has no mount 'laser'"
     ]
-    assert bench.service._running().grid.entropy() == pytest.approx(entropy)
+    assert bench.method.belief.entropy() == pytest.approx(entropy)
 
 
 def test_a_scan_before_the_description_waits_for_it_silently(
@@ -353,9 +186,9 @@ def test_a_scan_ahead_of_its_odometry_waits_for_it(bench: Bench) -> None:
     bench.say_odometry()
     bench.clock.advance(1.0)
     bench.put("scan", bench.scan())
-    entropy = bench.service._running().grid.entropy()
+    entropy = bench.method.belief.entropy()
     bench.say_odometry()
-    assert bench.service._running().grid.entropy() < entropy - 1.0
+    assert bench.method.belief.entropy() < entropy - 1.0
 
 
 @pytest.mark.parametrize("anew", [(0.0, 0.0, 0.0), (40.0, 5.0, 1.0)], ids=["zero", "far"])
@@ -402,7 +235,7 @@ def test_a_crashed_localizer_is_back_after_one_scan(tmp_path: Path) -> None:
     bench.drive_round()
     bench.go(STANDING, seconds=1.5)
     bench.crash_localizer()
-    assert bench.service._running().estimate.state == "unknown"
+    assert bench.method.estimate.state == "unknown"
     bench.describe()
     assert bench.go((0.15, 0.0, 0.1)).state == "localized"
     assert bench.is_right()
@@ -413,7 +246,7 @@ def test_the_memory_of_another_map_is_not_used(tmp_path: Path) -> None:
     bench.begin()
     bench.drive_round()
     bench.put_map(flat((5.0, 5.0, 0.3)))
-    states = bench.service._running().grid.grid.admissible_states
+    states = states_of(bench)
     assert bench.beliefs[-1].entropy == pytest.approx(math.log2(states), abs=2e-3)
 
 
@@ -476,7 +309,7 @@ def test_a_sensor_that_is_not_asked_for_is_not_heard() -> None:
     bench.begin()
     entropy = bench.beliefs[-1].entropy
     bench.go(STANDING)
-    assert bench.service._running().grid.entropy() == entropy
+    assert bench.method.belief.entropy() == entropy
 
 
 def test_beliefs_come_no_oftener_than_their_period(bench: Bench) -> None:
@@ -495,3 +328,60 @@ def test_settings_become_the_parameters_of_the_mathematics() -> None:
     params = settings.params()
     assert (params.grid.resolution, params.grid.headings) == (0.05, 180)
     assert (params.algorithm, params.recovery_weight, params.tempering) == ("m1", 0.5, 0.3)
+
+
+def weighed(bench: Bench) -> int:
+    """The stamp of the last measurement that was weighed."""
+    return bench.service._weighed_ns
+
+
+def dropped(bench: Bench) -> int:
+    return bench.node.vitals.report().dropped
+
+
+def test_a_scan_older_than_what_was_weighed_is_dropped_and_counted(
+    bench: Bench, caplog: pytest.LogCaptureFixture
+) -> None:
+    bench.begin()
+    bench.drive_round()
+    bench.clock.advance(0.3)
+    bench.say_odometry()
+    late = bench.scan()
+    bench.go((0.3, 0.0, 0.0))
+    entropy, stamp_ns = bench.method.belief.entropy(), weighed(bench)
+    assert late.stamp_ns < stamp_ns
+    with caplog.at_level(logging.WARNING):
+        bench.put("scan", late)
+    assert dropped(bench) == 1
+    assert [record.message for record in caplog.records] == [
+        "scan: dropped: measured 1.000 s before what was weighed already"
+    ]
+    assert (bench.method.belief.entropy(), weighed(bench)) == (entropy, stamp_ns)
+    assert bench.go((0.3, 0.0, 0.0)).state == "localized"
+
+
+def test_a_slower_second_sensor_is_used_whenever_it_is_ahead() -> None:
+    bench = Bench(settings=LocalizerSettings(headings=36, sensors=("laser", "sonar")))
+    bench.begin()
+    bench.drive_round()
+    bench.clock.advance(0.1)
+    bench.say_odometry()
+    before = bench.sonar()
+    bench.go((0.3, 0.0, 0.0))
+    bench.put("sonar", before)
+    assert dropped(bench) == 1
+    bench.clock.advance(2.0)
+    bench.say_odometry()
+    bench.put("sonar", bench.sonar())
+    assert weighed(bench) == bench.clock.now_ns()
+    assert dropped(bench) == 1
+
+
+def test_after_a_clock_was_set_back_measurements_are_weighed_again(bench: Bench) -> None:
+    bench.begin()
+    bench.drive_round()
+    bench.clock.advance(-2.0)
+    for _ in range(3):
+        assert bench.go(STANDING).state == "localized"
+    assert dropped(bench) == 0
+    assert bench.is_right()

@@ -98,16 +98,18 @@ class Inlet:
     newest: dict[str, tuple[int, int]] = field(default_factory=dict)
 
     def handle_next(self, clock: Clock) -> None:
-        """Hand the oldest message to the handler; count it, and whether it was no good."""
+        """Hand the oldest message to the handler; count it, and whether it was no good.
+
+        The handler too may raise RejectedError: what it cannot use is dropped alike.
+        """
         self._count_lost(self.inbox.lost())
         sample = self.inbox.take()
         self.traffic.count += 1
         try:
-            message = self.admit(sample, clock.now_ns())
+            self.handler(self.admit(sample, clock.now_ns()), sample)
         except RejectedError:
             self.traffic.dropped += 1
             raise
-        self.handler(message, sample)
 
     def admit(self, sample: Sample, now_ns: int) -> Message:
         """Return the message, or raise RejectedError: malformed, stale or out of order."""

@@ -4,22 +4,27 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pilotage.bus.deployment import Settings
+from pilotage.bus.deployment import ConfigPath, Settings
 from pilotage.localizer.markov_localizer import MarkovParams
 from pilotage.localizer.pose_grid import PoseGridParams
 
-Sensor = Literal["laser", "sonar", "compass"]
+Sensor = Literal["laser", "sonar", "compass", "landmark"]
 
 
 class LocalizerSettings(Settings):
-    """What the localizer listens to and how finely it believes.
+    """How the localizer localizes, what it listens to and how finely it believes.
 
-    `sensors`: which measurements weigh the belief. `resolution` [m] and `headings`: the states.
+    `method`: markov, the exact belief, or mcl, particles. `amcl_file`: parameters of AMCL for mcl.
+    `sensors`: which measurements weigh the belief. `landmarks`: the file that says where those
+    are which the sensor landmark sees. `resolution` [m] and `headings`: the states.
     `algorithm`, `recovery_weight`, `tempering`: see MarkovParams (Wu & Bell 2003, eq. 3 and 8).
     `belief_period`: least time [s] between two `belief` messages.
     """
 
+    method: Literal["markov", "mcl"] = "markov"
+    amcl_file: ConfigPath | None = None
     sensors: tuple[Sensor, ...] = ("laser", "compass")
+    landmarks: ConfigPath | None = None
     resolution: Annotated[float, Field(ge=0.02, le=1.0)] = PoseGridParams.resolution
     headings: Annotated[int, Field(ge=8, le=720)] = PoseGridParams.headings
     algorithm: Literal["m1", "m2"] = MarkovParams.algorithm

@@ -1,14 +1,17 @@
-"""Estimates and beliefs as messages."""
+"""Estimates and beliefs as messages, and messages as what the mathematics takes."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core import se2
-from pilotage.core.grid import GridGeometry
+from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.localizer.estimate import Estimate
-from pilotage.localizer.markov_localizer import MarkovLocalizer
+from pilotage.localizer.landmark_sightings import Sightings
+from pilotage.localizer.method import LocalizationMethod
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.localization import Belief, Marginal, Mode, PoseEstimate
+from pilotage_schemas.mapping import OccupancyGrid
+from pilotage_schemas.sensors import LandmarkSightings
 
 SAMPLES = 2000
 MODES = 8
@@ -23,6 +26,31 @@ def pose_of(pose: NDArray[np.float64]) -> Pose2:
     return Pose2(x=x, y=y, theta=theta)
 
 
+def pose_array(pose: Pose2) -> NDArray[np.float64]:
+    """Return a message part as a pose (3,)."""
+    return np.array([pose.x, pose.y, pose.theta])
+
+
+def world_of(grid: OccupancyGrid) -> OccupancyMap:
+    """Return a map message as a map."""
+    rows, cols = grid.cells.shape
+    origin = (grid.origin.x, grid.origin.y, grid.origin.theta)
+    return OccupancyMap(GridGeometry(rows, cols, grid.resolution, origin), grid.cells)
+
+
+def sightings_of(message: LandmarkSightings) -> Sightings:
+    """Return the landmarks of a message, as seen from its frame."""
+    seen = message.sightings
+    return Sightings(
+        ranges=np.array([one.range for one in seen], float),
+        bearings=np.array([one.bearing for one in seen], float),
+        range_sigmas=np.array([one.range_sigma for one in seen], float),
+        bearing_sigmas=np.array([one.bearing_sigma for one in seen], float),
+        kinds=[one.kind for one in seen],
+        identities=[one.identity for one in seen],
+    )
+
+
 def pose_message(estimate: Estimate, pose: NDArray[np.float64], stamp_ns: int) -> PoseEstimate:
     """Return the estimate, its pose moved on by odometry to `pose` (3,) at `stamp_ns`."""
     return PoseEstimate(
@@ -35,23 +63,23 @@ def pose_message(estimate: Estimate, pose: NDArray[np.float64], stamp_ns: int) -
     )
 
 
-def belief_message(localizer: MarkovLocalizer, map_id: str, stamp_ns: int) -> Belief:
+def belief_message(localizer: LocalizationMethod, map_id: str, stamp_ns: int) -> Belief:
     """Return the belief reduced to samples, modes and a marginal."""
-    grid = localizer.grid
-    poses, weights = grid.heaviest(SAMPLES)
+    belief = localizer.belief
+    poses, weights = belief.heaviest(SAMPLES)
     samples = np.column_stack([poses, weights / max(weights.sum(), 1e-300)])
     return Belief(
         stamp_ns=stamp_ns,
         frame_id="map",
         map_id=map_id,
-        method="markov",
+        method=localizer.name,
         samples=samples.astype(np.float32),
-        entropy=grid.entropy(),
+        entropy=belief.entropy(),
         modes=tuple(
             Mode(mass=min(1.0, mode.mass), pose=pose_of(mode.pose), covariance=mode.covariance)
             for mode in localizer.estimate.modes[:MODES]
         ),
-        marginal=_marginal(grid.marginal(), grid.grid.geometry),
+        marginal=_marginal(belief.marginal(), belief.geometry),
         matched=localizer.estimate.matched,
     )
 

@@ -29,6 +29,9 @@ from pilotage.localizer.visibility import VisibilityParams, levels_allowed, opti
 HOPELESS = 15.0
 """-log of a particle's likelihood, relative to the best, from which visibility is not asked."""
 
+Levels = NDArray[np.uint8]
+"""Expected ranges (rows, cols, headings), see RangeTable."""
+
 
 @dataclass(frozen=True)
 class EvidenceParams:
@@ -84,7 +87,9 @@ class ParticleEvidence:
         self._field = particle_field(world, params.beam)
         self._cells = pose_grid(world, params.tables).geometry
         self.sight = sight or self._sight()
-        self._expected: RangeTable | None = None
+        self._sight_by_cell = None if self.sight is None else _by_cell(self.sight)
+        self._range_max = 0.0
+        self._expected: Levels | None = None
 
     def weigh(
         self, poses: NDArray[np.float64], seen: Measurement, novelty: Novelty | None = None
@@ -116,19 +121,20 @@ class ParticleEvidence:
     ) -> NDArray[np.float64]:
         """Return -penalty times the beams that would go through a wall, for hopeful poses."""
         through, params = np.zeros(len(poses)), self._params.visibility
-        if params is None or self.sight is None:
+        if params is None or self._sight_by_cell is None:
             return through
         allowed = levels_allowed(np.hypot(*ends.T), params)
         costs = params.penalty * (np.arange(LEVELS + 1)[None, :] < allowed[:, None])
         hopeful = np.nonzero(logs >= logs.max() - HOPELESS)[0]
         bearings = np.arctan2(ends[:, 1], ends[:, 0])
-        through[hopeful] = self._summed(poses[hopeful], bearings, costs, self.sight)
+        through[hopeful] = self._summed(poses[hopeful], bearings, costs, self._sight_by_cell)
         return -through
 
     def _of_ranges(self, poses: NDArray[np.float64], seen: Ranges) -> NDArray[np.float64]:
-        if self._expected is None or self._expected.range_max != seen.range_max:
+        if self._expected is None or self._range_max != seen.range_max:
             headings = self._params.tables.headings
-            self._expected = range_table(self._world, self._cells, headings, seen.range_max)
+            table = range_table(self._world, self._cells, headings, seen.range_max)
+            self._expected, self._range_max = _by_cell(table), seen.range_max
         costs = -np.log(range_likelihoods(seen.ranges, seen.range_max, self._params.ranges))
         return -self._summed(poses, seen.bearings, costs, self._expected)
 
@@ -137,10 +143,10 @@ class ParticleEvidence:
         poses: NDArray[np.float64],
         bearings: NDArray[np.float64],
         costs: NDArray[np.floating],
-        table: RangeTable,
+        levels: Levels,
     ) -> NDArray[np.float64]:
         total = np.empty(len(poses))
-        expected = (table.levels, _cells(self._cells))
+        expected = (levels, _cells(self._cells))
         narrow = np.ascontiguousarray(costs, np.float32)
         kernels.sum_levels(poses, np.ascontiguousarray(bearings), narrow, expected, total)
         return total
@@ -151,6 +157,11 @@ class ParticleEvidence:
             return None
         headings = params.tables.headings
         return optimistic_ranges(self._world, self._cells, headings, params.visibility)
+
+
+def _by_cell(table: RangeTable) -> Levels:
+    """Return a table's levels with the headings of each cell next to each other."""
+    return np.ascontiguousarray(table.levels.transpose(1, 2, 0))
 
 
 def _cells(geometry: GridGeometry) -> kernels.Cells:

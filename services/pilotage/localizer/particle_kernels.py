@@ -12,6 +12,9 @@ from pilotage.core.jit import kernel
 
 Poses = NDArray[np.float64]
 
+FRACTIONS = 65536
+"""Parts of a turn in which directions are counted where they only choose a layer of a table."""
+
 
 class Cells(NamedTuple):
     """A table of bytes over padded cells, in the map's own directions.
@@ -110,23 +113,50 @@ def sum_levels(
         poses: (n, 3).
         bearings: (beams,) in base_link.
         costs: (beams, 256) by level of the expected range.
-        expected: levels (headings, rows, cols) along the map's directions, and the cells they
-            lie on (their `table` and `margin` are not used).
+        expected: levels (rows, cols, headings) along the map's directions, and the cells they
+            lie on (their `table` and `margin` are not used). Headings come last: all beams of a
+            particle then meet one or two cache lines (4 times as fast over a building).
         total: (n,) filled; particles beyond the cells cost nothing.
     """
     levels, cells = expected
-    headings, rows, cols = levels.shape
+    rows, cols, _ = levels.shape
     cos_grid, sin_grid = np.cos(cells.theta), np.sin(cells.theta)
-    per_turn = headings / (2.0 * np.pi)
+    turned = _fractions(bearings)
     for i in range(len(poses)):
         dx, dy = poses[i, 0] - cells.x, poses[i, 1] - cells.y
         col = int(np.floor((cos_grid * dx + sin_grid * dy) / cells.resolution))
         row = int(np.floor((cos_grid * dy - sin_grid * dx) / cells.resolution))
         total[i] = 0.0
         if 0 <= row < rows and 0 <= col < cols:
-            for b in range(len(bearings)):
-                layer = int(np.rint((poses[i, 2] + bearings[b]) * per_turn)) % headings
-                total[i] += costs[b, levels[layer, row, col]]
+            heading = np.int64(np.rint(poses[i, 2] * (FRACTIONS / (2.0 * np.pi))))
+            total[i] = _sum_of_levels(levels[row, col], costs, turned, heading)
+
+
+@kernel
+def _fractions(angles: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return angles (n,) as whole FRACTIONS of a turn: they wrap by cutting bits off."""
+    fractions = np.empty(len(angles), np.int64)
+    for i in range(len(angles)):
+        fractions[i] = np.int64(np.rint(angles[i] * (FRACTIONS / (2.0 * np.pi))))
+    return fractions
+
+
+@kernel
+def _sum_of_levels(
+    levels: NDArray[np.uint8],
+    costs: NDArray[np.float32],
+    turned: NDArray[np.int64],
+    heading: np.int64,
+) -> float:
+    """Return what a cell's expected ranges (headings,) cost all beams, turned by a heading."""
+    headings, total = len(levels), 0.0
+    for b in range(len(turned)):
+        turn = (heading + turned[b]) & (FRACTIONS - 1)
+        layer = (turn * headings + FRACTIONS // 2) // FRACTIONS
+        if layer == headings:
+            layer = 0
+        total += costs[b, levels[np.uint32(layer)]]
+    return total
 
 
 @kernel
