@@ -67,7 +67,7 @@ def scan_at(world: OccupancyMap, pose: ArrayLike) -> NDArray[np.float32]:
 def look(world: OccupancyMap, pose: ArrayLike, params: MarkovParams = COARSE) -> Measurement:
     """What a laser at the robot's centre tells the localizer."""
     ranges = scan_at(world, pose)
-    return scan_measurement(ranges, (ANGLE_MIN, ANGLE_STEP), np.zeros(3), params.beams)
+    return scan_measurement(ranges, (ANGLE_MIN, ANGLE_STEP), np.zeros(3), params.beams, RANGE_MAX)
 
 
 def poses_along(

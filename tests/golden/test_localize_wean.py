@@ -20,7 +20,7 @@ from pilotage.core.map_files import load_map
 from pilotage.core.scans import scan_points
 from pilotage.localizer.log_run import LogEstimate, LogSensors, localize_log
 from pilotage.localizer.markov_localizer import MarkovLocalizer, MarkovParams
-from pilotage.localizer.refinement import matched_share, wall_distance
+from pilotage.core.distance_field import distance_to_walls
 
 pytestmark = [pytest.mark.data, pytest.mark.timeout(180)]
 
@@ -97,15 +97,18 @@ def test_the_robot_is_found_followed_and_stands_in_free_space(
 def test_scans_lie_on_the_walls_once_the_robot_is_localized(
     folder: Path, recorded: Recorded
 ) -> None:
-    walls = wall_distance(hall(folder))
+    world = hall(folder)
+    distances = distance_to_walls(world.is_wall, world.geometry.resolution)
     medians, matched = [], []
     for scan, e in run(folder, recorded):
         if e.estimate.state == "localized":
             ends = scan_points(scan.ranges, scan.angle_min, scan.angle_increment)
             ends = se2.transform_points(scan.laser_mount, ends)
-            distance, _ = walls.sample(se2.transform_points(e.pose, ends))
+            cells = world.geometry.cells_of(se2.transform_points(e.pose, ends))
+            on_map = cells[world.geometry.contains(cells)]
+            distance = distances[tuple(on_map.T)]
             medians.append(np.median(distance))
-            matched.append(matched_share(e.pose, ends, walls))
+            matched.append(np.mean(distance <= NEAR))
     assert np.median(medians) <= 0.05
     assert max(medians) <= 0.15
     assert np.mean(matched) >= 0.85

@@ -119,7 +119,7 @@ def test_a_symmetric_world_gives_a_symmetric_belief(kind: str) -> None:
     ranges = cast_scan(CORRIDOR, pose, bearings, RANGE_MAX)
     seen = {
         "scan": scan_measurement(
-            ranges.astype(np.float32), (-1.7, 3.6 / 40), np.array([0.0, 0.0, 0.0]), 41
+            ranges.astype(np.float32), (-1.7, 3.6 / 40), np.zeros(3), 41, RANGE_MAX
         ),
         "ranges": Measurement(ranges=Ranges(bearings[::8], ranges[::8], RANGE_MAX)),
     }

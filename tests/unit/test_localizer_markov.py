@@ -218,7 +218,7 @@ def test_a_compass_tells_alike_headings_apart() -> None:
 
 def test_a_scan_without_any_return_says_nothing(walk: Walk) -> None:
     silent = scan_measurement(
-        np.full(90, np.inf, np.float32), (ANGLE_MIN, ANGLE_STEP), np.zeros(3), 60
+        np.full(90, np.inf, np.float32), (ANGLE_MIN, ANGLE_STEP), np.zeros(3), 60, RANGE_MAX
     )
     estimate = walk.localizer.update(SECOND, walk.odom, silent)
     states = walk.localizer.grid.grid.admissible_states
@@ -229,7 +229,7 @@ def test_a_scan_without_any_return_says_nothing(walk: Walk) -> None:
 def test_a_scan_is_thinned_evenly_and_keeps_what_came_back() -> None:
     ranges = scan_at(WORLD, START)
     ranges[::3] = np.inf
-    measurement = scan_measurement(ranges, (ANGLE_MIN, ANGLE_STEP), (0.1, 0.0, 0.2), 20)
+    measurement = scan_measurement(ranges, (ANGLE_MIN, ANGLE_STEP), (0.1, 0.0, 0.2), 20, RANGE_MAX)
     assert measurement.ends is not None
     assert measurement.all_ends is not None
     assert len(measurement.ends) == 20
@@ -243,7 +243,7 @@ def test_a_scan_is_thinned_evenly_and_keeps_what_came_back() -> None:
 def test_fewer_returns_than_beams_are_all_used() -> None:
     ranges = np.full(90, np.inf, np.float32)
     ranges[[4, 50]] = 2.0
-    measurement = scan_measurement(ranges, (ANGLE_MIN, ANGLE_STEP), np.zeros(3), 60)
+    measurement = scan_measurement(ranges, (ANGLE_MIN, ANGLE_STEP), np.zeros(3), 60, RANGE_MAX)
     assert measurement.ends is not None
     assert len(measurement.ends) == 2
 

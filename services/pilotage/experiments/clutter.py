@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.core.grid import OCCUPIED, OccupancyMap
+from pilotage.core.grid import OccupancyMap
 from pilotage.robot.simulator.range_sensors import LaserParams
 from pilotage.robot.simulator.walls import Walls
 
@@ -28,7 +28,8 @@ class Condition:
 
     `people` walk about; `piece_area`: [m2] of floor to one unmapped piece (infinite: none);
     `outliers`: share of beams that measure anything; `odometry`: factor on the usual odometry
-    noise; `walls_gone`: share of the walls that are gone, and as much is put up elsewhere.
+    noise; `walls_gone`: share of the walls that are gone, and as much is put up elsewhere;
+    `rough`: share of the cells beside walls that the map's maker did not draw.
     """
 
     people: int = 0
@@ -36,6 +37,7 @@ class Condition:
     outliers: float = 0.0
     odometry: float = 1.0
     walls_gone: float = 0.0
+    rough: float = 0.0
     laser: LaserParams = field(
         default_factory=lambda: LaserParams(share_without_return=0.0, share_too_short=0.0)
     )
@@ -44,6 +46,7 @@ class Condition:
 CONDITIONS = {
     "clean": Condition(),
     "hard": Condition(people=4, piece_area=40.0, outliers=0.05, odometry=2.0),
+    "rough": Condition(people=4, piece_area=40.0, outliers=0.05, odometry=1.5, rough=0.3),
     "extreme": Condition(
         people=10,
         piece_area=13.0,
@@ -59,7 +62,7 @@ CONDITIONS = {
         ),
     ),
 }
-"""Methods E: clean, hard and extreme."""
+"""Clean, hard and extreme as in methods E; rough: as hard, and the walls are drawn badly."""
 
 
 def altered(world: OccupancyMap, condition: Condition, rng: np.random.Generator) -> Walls:
@@ -71,6 +74,8 @@ def altered(world: OccupancyMap, condition: Condition, rng: np.random.Generator)
     blocked = ~world.is_free
     if condition.walls_gone > 0.0:
         _move_walls(blocked, world, condition.walls_gone, rng)
+    if condition.rough > 0.0:
+        blocked |= _beside(blocked) & (rng.random(blocked.shape) < condition.rough)
     if np.isfinite(condition.piece_area):
         area = float(world.is_free.sum()) * world.geometry.resolution**2
         for _ in range(round(area / condition.piece_area)):
@@ -98,6 +103,16 @@ def _move_walls(
         _put_box(blocked, world, sides if rng.random() < 0.5 else sides[::-1], rng)
 
 
+def _beside(blocked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the cells that have a blocked one above, below, left or right of them."""
+    beside = np.zeros_like(blocked)
+    beside[1:] |= blocked[:-1]
+    beside[:-1] |= blocked[1:]
+    beside[:, 1:] |= blocked[:, :-1]
+    beside[:, :-1] |= blocked[:, 1:]
+    return beside
+
+
 def _put_box(
     blocked: NDArray[np.bool_],
     world: OccupancyMap,
@@ -109,8 +124,3 @@ def _put_box(
     row, col = free[rng.integers(len(free))]
     height, width = np.maximum(1, np.rint(sides / world.geometry.resolution)).astype(int)
     blocked[row : row + height, col : col + width] = True
-
-
-def cells_of_walls(walls: Walls) -> NDArray[np.int8]:
-    """Return the cells (rows, cols) of a map that shows a building as it is."""
-    return np.where(walls.stops_beams, OCCUPIED, 0).astype(np.int8)

@@ -40,6 +40,9 @@ SILENT_WEIGHTS = np.array([-1.8, 0.3])
 TOLERANCE = 0.3
 """A beam that ends within this distance [m] of the first obstacle on its way has met it."""
 
+BESIDE = 0.1
+"""A beam that passes an obstacle at this distance [m], or at a cell's, may have missed it."""
+
 EVIDENCE_BEAMS = 90
 """Beams that are weighed; neighbours of theirs would say the same."""
 
@@ -94,10 +97,16 @@ def weigh(
         around.distance,
         around.in_cells(np.reshape(map_from_base, (-1, 3))),
         _in_cells(beams, novelty, cell),
-        Scales(END_LIMITS / cell, TOLERANCE / cell, PULL / cell, MOST_MOVED / cell, MOST_TURNED),
+        _scales(cell),
         Weights(WEIGHTS, SILENT_WEIGHTS),
     )
     return Weighed(around.in_map(refined), *sums.T)
+
+
+def _scales(cell: float) -> Scales:
+    """Return the scales in cells of `cell` m."""
+    lengths = TOLERANCE, max(BESIDE, cell), PULL, MOST_MOVED
+    return Scales(END_LIMITS / cell, *(length / cell for length in lengths), MOST_TURNED)
 
 
 def _in_cells(beams: Beams, novelty: NDArray[np.float64], cell: float) -> Scan:

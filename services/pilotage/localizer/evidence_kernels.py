@@ -17,6 +17,9 @@ INSIDE = 0.4
 LEAST_STEP = 0.4
 """A ray moves on by so much at least."""
 
+OFF = -1e6
+"""Distance told off the map."""
+
 ITERATIONS = 8
 """Steps of Gauss-Newton at most."""
 
@@ -31,6 +34,9 @@ FARTHEST_PULL = 3.0
 
 NOWHERE = -1e3, -1.0
 """Evidence, in all and of a beam, for a pose in a wall or off the map."""
+
+TURNED = 0.02
+"""A ray turned by so much [rad] is nearly the same ray."""
 
 THROUGH, MET, SHORT = 0, 1, 2
 
@@ -51,11 +57,13 @@ class Scan(NamedTuple):
 class Scales(NamedTuple):
     """`limits`: (4,) classes of an end's distance from an obstacle; `tolerance` of a range.
 
-    `pull`: scale of an obstacle's pull; `moved`, `turned`: how far a pose may be refined.
+    `beside`: how far beside a beam it may pass an obstacle; `pull`: scale of an obstacle's pull;
+    `moved`, `turned`: how far a pose may be refined.
     """
 
     limits: NDArray[np.float64]
     tolerance: float
+    beside: float
     pull: float
     moved: float
     turned: float
@@ -73,11 +81,11 @@ class Weights(NamedTuple):
 
 @kernel
 def distance_at(distance: NDArray[np.float32], x: float, y: float) -> float:
-    """Return the distance to the nearest obstacle, bilinear; -1 off the map."""
+    """Return the distance to the nearest wall, bilinear, negative behind it; OFF the map."""
     rows, cols = distance.shape
     u, v = x - 0.5, y - 0.5
     if not (0.0 <= u < cols - 1 and 0.0 <= v < rows - 1):
-        return -1.0
+        return OFF
     col, row = int(u), int(v)
     fx, fy = u - col, v - row
     below = distance[row, col] * (1.0 - fx) + distance[row, col + 1] * fx
@@ -97,7 +105,7 @@ def first_obstacle(
     travelled = 0.0
     while travelled < reach:
         near = distance_at(distance, origin[0] + travelled * cos, origin[1] + travelled * sin)
-        if near < 0.0:
+        if near == OFF:
             return reach
         if near < INSIDE:
             return travelled
@@ -148,7 +156,7 @@ def normal_equations(
         a, b = distance[row, col], distance[row, col + 1]
         c, e = distance[row + 1, col], distance[row + 1, col + 1]
         d = (a * (1.0 - fx) + b * fx) * (1.0 - fy) + (c * (1.0 - fx) + e * fx) * fy
-        if d > FARTHEST_PULL * pull:
+        if abs(d) > FARTHEST_PULL * pull:
             continue
         gx = (b - a) * (1.0 - fy) + (e - c) * fy
         gy = (c - a) * (1.0 - fx) + (e - b) * fx
@@ -246,25 +254,68 @@ def _met(
     distance: NDArray[np.float32], origin: NDArray[np.float64], length: float, scales: Scales
 ) -> tuple[int, int]:
     """Return whether a ray went through an obstacle, met it or fell short; and its end's class."""
-    met = first_obstacle(distance, origin, length + 1.5 * scales.tolerance)
-    kind = MET
-    if met < length - scales.tolerance:
-        kind = THROUGH
-    elif met > length + scales.tolerance:
-        kind = SHORT
     x = origin[0] + length * np.cos(origin[2])
     y = origin[1] + length * np.sin(origin[2])
     end = distance_at(distance, x, y)
     place = 0
-    while place < len(scales.limits) and (end < 0.0 or end >= scales.limits[place]):
+    while place < len(scales.limits) and (end == OFF or abs(end) >= scales.limits[place]):
         place += 1
-    return kind, place
+    met = first_obstacle(distance, origin, length + 1.5 * scales.tolerance)
+    if met > length + scales.tolerance:
+        return SHORT, place
+    if met >= length - scales.tolerance:
+        return MET, place
+    if place < 3 and not _comes_out(distance, origin, met, length):
+        return MET, place
+    if _passes_beside(distance, origin, length, scales):
+        return MET, place
+    return THROUGH, place
+
+
+@kernel
+def _comes_out(
+    distance: NDArray[np.float32], origin: NDArray[np.float64], met: float, length: float
+) -> bool:
+    """Say whether a ray that met a wall at `met` comes out of it again before its end.
+
+    Many maps draw walls thicker than they are; a beam that ends within one has met it.
+    """
+    cos, sin = np.cos(origin[2]), np.sin(origin[2])
+    travelled = met
+    while travelled < length:
+        near = distance_at(distance, origin[0] + travelled * cos, origin[1] + travelled * sin)
+        if near >= 1.0:
+            return True
+        travelled += LEAST_STEP
+    return False
+
+
+@kernel
+def _passes_beside(
+    distance: NDArray[np.float32], origin: NDArray[np.float64], length: float, scales: Scales
+) -> bool:
+    """Say whether a ray a little beside or turned meets no obstacle before `length`.
+
+    A beam along a wall grazes what the map rounds to cells, and one past a door its frame.
+    """
+    beside = origin.copy()
+    for side in (-1.0, 1.0):
+        beside[0] = origin[0] - side * scales.beside * np.sin(origin[2])
+        beside[1] = origin[1] + side * scales.beside * np.cos(origin[2])
+        beside[2] = origin[2]
+        if first_obstacle(distance, beside, length) >= length - scales.tolerance:
+            return True
+        beside[:2] = origin[:2]
+        beside[2] = origin[2] + side * TURNED
+        if first_obstacle(distance, beside, length) >= length - scales.tolerance:
+            return True
+    return False
 
 
 def warm_up() -> None:
     """Compile the kernels for the types they meet in service."""
     distance = np.ones((4, 4), np.float32)
     scan = Scan(np.ones((1, 2)), np.ones((1, 4)), np.zeros(3))
-    scales = Scales(np.ones(4), 1.0, 1.0, 1.0, 1.0)
+    scales = Scales(np.ones(4), 1.0, 1.0, 1.0, 1.0, 1.0)
     weigh_poses(distance, np.ones((1, 3)), scan, scales, Weights(np.ones((3, 5)), np.ones(2)))
     normal_equations(distance, np.ones(3), np.ones((1, 2)), 1.0)

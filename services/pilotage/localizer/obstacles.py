@@ -15,7 +15,10 @@ FARTHEST = 1e4
 
 @dataclass(frozen=True)
 class Obstacles:
-    """Distance (rows, cols) [cells], centre to centre, to the nearest obstacle of a map."""
+    """Distance (rows, cols) [cells], centre to centre, to the nearest wall of a map.
+
+    Free space has positive distances, what lies unknown behind walls has negative ones.
+    """
 
     geometry: GridGeometry
     distance: NDArray[np.float32]
@@ -52,6 +55,7 @@ def enclosed(world: OccupancyMap) -> OccupancyMap:
 
 
 def obstacles(world: OccupancyMap) -> Obstacles:
-    """Return the distances of a map, on its own cells, to what it does not show as free."""
-    distance = distance_to_walls(~world.is_free, 1.0)
-    return Obstacles(world.geometry, np.minimum(distance, FARTHEST).astype(np.float32))
+    """Return the distances of a map, on its own cells, to the walls that enclose its free space."""
+    distance = distance_to_walls(enclosed(world).is_wall, 1.0)
+    behind = np.where(world.is_free, 1.0, -1.0)
+    return Obstacles(world.geometry, (behind * np.minimum(distance, FARTHEST)).astype(np.float32))

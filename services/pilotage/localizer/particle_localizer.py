@@ -13,6 +13,7 @@ from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.localizer.estimate import Estimate, Memory
+from pilotage.localizer.judge import Judge
 from pilotage.localizer.markov_grid import MotionSpread
 from pilotage.localizer.measurement import Measurement
 from pilotage.localizer.method import MethodName
@@ -25,7 +26,6 @@ from pilotage.localizer.particle_belief import (
 )
 from pilotage.localizer.particle_evidence import EvidenceParams, Novelty, ParticleEvidence
 from pilotage.localizer.particle_filter import ParticleFilter
-from pilotage.localizer.particle_judge import ParticleJudge
 from pilotage.localizer.particle_motion import MotionModel
 from pilotage.localizer.particle_recovery import FitMemory, RecoveryParams
 from pilotage.localizer.particle_resampling import KldParams, draw
@@ -89,7 +89,7 @@ class ParticleLocalizer:
         self.filter = ParticleFilter(self._free, params.motion, params.kld)
         self._fits = FitMemory(params.recovery)
         self._recovers = True
-        self._judge = ParticleJudge(world, params.verdict)
+        self._judge = Judge(world, params.verdict, landmarks)
         self._odom_from_base: NDArray[np.float64] | None = None
         self._stamp_ns = 0
         self.start_anywhere()
@@ -126,6 +126,7 @@ class ParticleLocalizer:
     def restart_odometry(self) -> None:
         """Odometry counts from a new origin; the belief stays where it is."""
         self._odom_from_base = None
+        self._judge.restart_odometry()
 
     def wants(
         self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
@@ -138,21 +139,21 @@ class ParticleLocalizer:
         moved = way / self.params.update_way + turn / self.params.update_turn
         waited = (stamp_ns - self._stamp_ns) / 1e9
         is_due = moved >= 1.0 or not 0.0 <= waited < self.params.update_after
-        return is_due or self._judge.is_surprised(increment, measurement)
+        return is_due or self._judge.is_surprised(odom_from_base, measurement)
 
     def update(
         self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
     ) -> Estimate:
         """Predict up to `odom_from_base` (3,), correct by the measurement, judge the belief."""
         increment = self._increment_to(odom_from_base)
-        surprise = self._judge.is_surprised(increment, measurement)
+        surprise = self._judge.is_surprised(odom_from_base, measurement)
         self.filter.predict(increment, self._rng)
         novelty = Novelty() if surprise else self._novelty(increment)
         self._correct(measurement, novelty)
         self._recover(measurement, novelty, surprise=surprise)
         self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
-        modes = self._modes()
-        return self._judge.judge(modes, increment, measurement, surprise=surprise)
+        states = self.belief.heaviest(SAMPLES)
+        return self._judge.judge(odom_from_base, states, measurement, surprise=surprise)
 
     def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the last estimated pose (3,) moved on by odometry since."""
@@ -170,7 +171,7 @@ class ParticleLocalizer:
     def _begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
         self._fits.forget()
         self._judge.begin(modes, was_localized=was_localized)
-        self.restart_odometry()
+        self._odom_from_base = None
 
     def _increment_to(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
         if self._odom_from_base is None:

@@ -84,7 +84,8 @@ class LocalizerService:
         mount, method = self._mount("scan", scan.frame_id), self._at.method
         if mount is not None and method is not None:
             angles = scan.angle_min, scan.angle_increment
-            measurement = scan_measurement(scan.ranges, angles, mount, method.params.beams)
+            beams, reach = method.params.beams, scan.range_max
+            measurement = scan_measurement(scan.ranges, angles, mount, beams, reach)
             self._weigh(scan.stamp_ns, measurement)
 
     def take_sonar(self, sonar: SonarScan) -> None:
