@@ -111,7 +111,7 @@ def test_settings_that_nobody_knows_are_refused(folder: Path, section: dict[str,
 def test_every_method_can_be_made_and_says_its_name() -> None:
     setup = method_setup(LocalizerSettings(headings=36), lambda _line: None)
     for name in METHODS:
-        assert make_method(name, WORLD, setup).name == name
+        assert make_method(name, WORLD, setup, np.random.default_rng(0)).name == name
 
 
 @pytest.mark.parametrize("name", [*MISSING, "magic"])
