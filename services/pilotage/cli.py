@@ -24,9 +24,11 @@ DEMOS = (
 
 
 class Method(Enum):
-    """How to localize."""
+    """How to localize: by the exact belief, by particles, by the lines of walls."""
 
     markov = "markov"
+    mcl = "mcl"
+    ekf = "ekf"
 
 
 class Sensor(Enum):
