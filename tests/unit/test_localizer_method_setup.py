@@ -146,7 +146,7 @@ def seeing_bench(folder: Path, method: str) -> Bench:
     return bench
 
 
-@pytest.mark.parametrize("method", ["mcl"])
+@pytest.mark.parametrize("method", METHODS)
 def test_landmarks_alone_find_the_robot(folder: Path, method: str) -> None:
     bench = seeing_bench(folder, method)
     for _ in range(4):

@@ -53,7 +53,9 @@ Make = Callable[
 ]
 
 METHODS: dict[str, Make] = {
-    "markov": lambda world, setup, _rng, sight: MarkovLocalizer(world, setup.markov, sight),
+    "markov": lambda world, setup, _rng, sight: MarkovLocalizer(
+        world, setup.markov, sight, setup.landmarks
+    ),
     "mcl": lambda world, setup, rng, sight: ParticleLocalizer(
         world, setup.particles, sight, setup.landmarks, rng
     ),
