@@ -135,6 +135,16 @@ def experiment(
         command.run_experiment(command.ExperimentOptions(name, runs, seed, out))
 
 
+@app.command()
+def bench(
+    out: Annotated[Path, typer.Option(help="File for the list of figures, JSON.")],
+) -> None:
+    """Time the localizer beside plain numpy doing the same: two minutes."""
+    from pilotage import bench_command  # noqa: PLC0415 - see above
+
+    bench_command.bench(out)
+
+
 driver_app = typer.Typer(help="Drivers of robots.")
 app.add_typer(driver_app, name="driver")
 
