@@ -24,9 +24,11 @@ DEMOS = (
 
 
 class Method(Enum):
-    """How to localize."""
+    """How to localize: by the exact belief, by particles, by the lines of walls."""
 
     markov = "markov"
+    mcl = "mcl"
+    ekf = "ekf"
 
 
 class Sensor(Enum):
@@ -131,6 +133,16 @@ def experiment(
         command.list_experiments()
     else:
         command.run_experiment(command.ExperimentOptions(name, runs, seed, out))
+
+
+@app.command()
+def bench(
+    out: Annotated[Path, typer.Option(help="File for the list of figures, JSON.")],
+) -> None:
+    """Time the localizer beside plain numpy doing the same: two minutes."""
+    from pilotage import bench_command  # noqa: PLC0415 - see above
+
+    bench_command.bench(out)
 
 
 driver_app = typer.Typer(help="Drivers of robots.")

@@ -20,7 +20,13 @@ from pilotage.bus.deployment import ConfigError
 from pilotage.core.logs import Log, ScanRecord, SonarRecord, read_log
 from pilotage.core.map_files import load_map
 from pilotage.localizer.log_run import LogEstimate, LogSensors, localize_log
-from pilotage.localizer.markov_localizer import MarkovLocalizer, MarkovParams
+from pilotage.localizer.markov_localizer import MarkovLocalizer
+from pilotage.localizer.method import LocalizationMethod
+from pilotage.localizer.methods import MethodSetup, make_method, require_method
+from pilotage.localizer.particle_localizer import ParticleLocalizer
+
+SEED = 0
+"""Of the particles: two runs over one log say the same."""
 
 START_COVARIANCE = np.diag([0.25, 0.25, np.deg2rad(15.0) ** 2])
 """What a start pose given by hand is taken to be good for: 0.5 m and 15 degrees."""
@@ -56,6 +62,7 @@ def localize(options: LocalizeOptions) -> None:
     """Write DIR/estimates.csv and DIR/report.json; ConfigError or OSError if that cannot be."""
     started, started_cpu = time.perf_counter(), time.process_time()
     log, localizer = _inputs(options)
+    _tell_of_coarser_cells(localizer)
     total = _scans_of(log, options.sensors)
     _make_folder(options.out)
     updates: list[float] = []
@@ -66,15 +73,14 @@ def localize(options: LocalizeOptions) -> None:
             advance()
             scans += 1
     report = {
-        "method": options.method,
+        "method": localizer.name,
         "scans": scans,
         "wall_s": time.perf_counter() - started,
         "cpu_s": time.process_time() - started_cpu,
         "cpu_ms_per_update": _percentiles(updates),
         "peak_rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
-        "states": int(np.prod(localizer.grid.grid.shape)),
-        "resolution_m": localizer.grid.grid.geometry.resolution,
         "skipped_lines": log.skipped_lines,
+        **_size(localizer),
     }
     (options.out / "report.json").write_text(json.dumps(report, indent=2) + "\n", "utf-8")
 
@@ -88,11 +94,34 @@ def _make_folder(out: Path) -> None:
         raise ConfigError(f"--out {out}: cannot be made: {error.strerror}") from error
 
 
-def _inputs(options: LocalizeOptions) -> tuple[Log, MarkovLocalizer]:
+def _size(localizer: LocalizationMethod) -> dict[str, Any]:
+    """Return how finely the method believes; `coarsened` if the map is too large for finer."""
+    if isinstance(localizer, ParticleLocalizer):
+        return {"particles": len(localizer.filter.poses)}
+    if isinstance(localizer, MarkovLocalizer):
+        grid = localizer.grid.grid
+        resolution = grid.geometry.resolution
+        states = int(np.prod(grid.shape))
+        return {"states": states, "resolution_m": resolution, "coarsened": grid.is_coarsened}
+    return {}
+
+
+def _tell_of_coarser_cells(localizer: LocalizationMethod) -> None:
+    if isinstance(localizer, MarkovLocalizer) and localizer.grid.grid.is_coarsened:
+        grid = localizer.grid.grid
+        sys.stderr.write(
+            f"pilotage: the map is too large for cells of {grid.asked_resolution:g} m: "
+            f"it is localized on with cells of {grid.geometry.resolution:.3g} m\n"
+        )
+
+
+def _inputs(options: LocalizeOptions) -> tuple[Log, LocalizationMethod]:
     """Return the log and a localizer on the map, at the start pose."""
     try:
+        require_method(options.method)
         log = read_log(options.log, options.log_format)
-        localizer = MarkovLocalizer(load_map(options.map), MarkovParams())
+        world, rng = load_map(options.map), np.random.default_rng(SEED)
+        localizer = make_method(options.method, world, MethodSetup(), rng)
         if options.start is not None:
             localizer.start_at(options.start, START_COVARIANCE)
     except ValueError as error:
@@ -118,9 +147,9 @@ def _timed(estimates: Iterator[LogEstimate], updates: list[float]) -> Iterator[L
         before = time.process_time()
 
 
-def _percentiles(updates: list[float]) -> dict[str, float]:
+def _percentiles(updates: list[float]) -> dict[str, float | None]:
     if not updates:
-        return {}
+        return {"p50": None, "p95": None, "first": None}
     return {
         "p50": float(np.percentile(updates, 50)),
         "p95": float(np.percentile(updates, 95)),

@@ -47,10 +47,13 @@ CORE_FILES_MAY_IMPORT = {
     "pilotage.core.map_image": {"PIL"},
     "pilotage.core.map_files": {"PIL", "yaml"},
     "pilotage.core.map_yaml": {"yaml"},
+    "pilotage.core.landmark_map": {"yaml"},
 }
 
 COMPUTING = ("core", "localizer", "mapper", "planner", "topology")
-GLUE = {"__main__", "config", "service", "storage", "messages", "warm_up"}
+GLUE = {"__main__", "config", "service", "storage", "messages", "warm_up"} | {
+    *("queries", "map_choice", "method_setup"),  # parts of the localizer's service
+}
 """Modules of a computing package that may know messages, clocks or files."""
 
 IMPURE = (

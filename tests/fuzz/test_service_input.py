@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -29,14 +30,19 @@ from strategies import parts
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 Build = Callable[[Node], object]
-EXAMPLES = {"localizer": 80, "robot": 20}
+EXAMPLES = {"localizer": 80, "localizer by mcl": 40, "robot": 20}
 
 
-def localizer(node: Node) -> object:
+def localizer_by(method: Literal["markov", "mcl"]) -> Build:
     settings = LocalizerSettings(
-        sensors=("laser", "sonar", "compass"), resolution=0.5, headings=8, belief_period=0.05
+        method=method,
+        sensors=("laser", "sonar", "compass", "landmark"),
+        landmarks=Path(__file__).parent / "beacons.yaml",
+        resolution=0.5,
+        headings=8,
+        belief_period=0.05,
     )
-    return LocalizerService(settings, node, Deployment())
+    return lambda node: LocalizerService(settings, node, Deployment())
 
 
 def mapper(node: Node) -> object:
@@ -52,7 +58,12 @@ def robot(node: Node) -> object:
     return service
 
 
-SERVICES: dict[str, Build] = {"localizer": localizer, "mapper": mapper, "robot": robot}
+SERVICES: dict[str, Build] = {
+    "localizer": localizer_by("markov"),
+    "localizer by mcl": localizer_by("mcl"),
+    "mapper": mapper,
+    "robot": robot,
+}
 
 
 class Bench:
@@ -61,7 +72,7 @@ class Bench:
     def __init__(self, name: str) -> None:
         self.fabric = FakeFabric()
         self.clock = HandClock()
-        self.node = Node(name, "demo", self.fabric, self.clock)
+        self.node = Node(name.split(maxsplit=1)[0], "demo", self.fabric, self.clock)
         self.service = SERVICES[name](self.node)
         self.fabric.pump = self.step
         now = self.clock.now_ns()

@@ -98,11 +98,12 @@ def test_palette_counts_by_its_colours(tmp_path: Path) -> None:
 
 
 def test_transparency_means_unknown_in_scale_mode_only(tmp_path: Path) -> None:
-    with_alpha = np.array([[[150, 150, 150, 255], [150, 150, 150, 10], [0, 0, 0, 10]]], np.uint8)
+    pixels = [(150, 255), (150, 10), (0, 10), (255, 0), (0, 255)]
+    with_alpha = np.array([[[grey, grey, grey, alpha] for grey, alpha in pixels]], np.uint8)
     scaled = load_map(write_map(tmp_path, with_alpha, YAML + "mode: scale\n"))
     assert scaled.cells[0, 0] > 0
-    assert scaled.cells[0, 1:].tolist() == [-1, 100]
-    assert load_map(write_map(tmp_path, with_alpha)).cells.tolist() == [[-1, -1, 100]]
+    assert scaled.cells[0, 1:].tolist() == [-1, -1, -1, 100]
+    assert load_map(write_map(tmp_path, with_alpha)).cells.tolist() == [[-1, -1, 100, 0, 100]]
 
 
 def test_numbers_may_be_written_as_yaml_takes_for_text(tmp_path: Path) -> None:

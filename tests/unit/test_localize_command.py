@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from localizer_world import RANGE_MAX, ROUND, START, error, flat, poses_along
-from pilotage import cli
+from pilotage import cli, localize_command
 from pilotage.core import se2
 from pilotage.core.map_files import save_map
 from pilotage.core.raycast import cast_scan
 from pilotage.localize_command import parse_start
+from pilotage.localizer.markov_localizer import MarkovParams
+from pilotage.localizer.methods import MethodSetup
+from pilotage.localizer.pose_grid import PoseGridParams
 
 WORLD = flat()
 FRONT = np.linspace(-math.pi / 2.0, math.pi / 2.0, 91)
@@ -107,6 +110,47 @@ def test_report_says_what_it_cost(desk: Desk) -> None:
     assert report["skipped_lines"] == 0
 
 
+def test_the_report_has_the_keys_that_others_rely_on(desk: Desk) -> None:
+    assert desk.run() == 0
+    assert {"scans", "cpu_s", "wall_s", "cpu_ms_per_update", "peak_rss_mb"} <= set(desk.report)
+    assert (desk.report["method"], desk.report["coarsened"]) == ("markov", False)
+
+
+def test_particles_localize_too_and_say_the_same_every_time(desk: Desk) -> None:
+    assert desk.run("--method", "mcl") == 0
+    away, turn = error(pose_of(desk.rows[-1]), list(poses_along(START, STEPS))[-1])
+    assert away < 0.15
+    assert turn < 0.05
+    assert desk.rows[-1]["state"] == "localized"
+    assert desk.report["method"] == "mcl"
+    assert int(str(desk.report["particles"])) > 100
+    first = desk.rows
+    assert desk.run("--method", "mcl") == 0
+    assert desk.rows == first
+
+
+def test_particles_take_a_start_and_the_sonar_too(desk: Desk) -> None:
+    start = ",".join(str(part) for part in START)
+    assert desk.run("--method", "mcl", "--sensor", "sonar", "--start", start) == 0
+    assert error(pose_of(desk.rows[0]), START)[0] < 0.2
+
+
+def test_a_building_too_large_for_its_cells_is_said_and_reported(
+    desk: Desk, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = MethodSetup(markov=MarkovParams(grid=PoseGridParams(most_states=200_000)))
+    monkeypatch.setattr(localize_command, "MethodSetup", lambda: few)
+    assert desk.run() == 0
+    report = desk.report
+    assert report["coarsened"] is True
+    resolution = float(str(report["resolution_m"]))
+    assert resolution > 0.1
+    assert capsys.readouterr().err == (
+        "pilotage: the map is too large for cells of 0.1 m: "
+        f"it is localized on with cells of {resolution:.3g} m\n"
+    )
+
+
 def test_a_start_that_is_given_is_used_from_the_first_scan_on(desk: Desk) -> None:
     assert desk.run("--start", ",".join(str(part) for part in START)) == 0
     assert error(pose_of(desk.rows[0]), START)[0] < 0.1
@@ -133,6 +177,7 @@ def test_scans_before_the_first_odometry_have_their_rows_too(desk: Desk) -> None
     assert desk.run() == 0
     (row,) = desk.rows
     assert (float(row["stamp"]), row["state"]) == (90.0, "unknown")
+    assert desk.report["cpu_ms_per_update"] == {"p50": None, "p95": None, "first": None}
 
 
 def test_damaged_lines_are_passed_over_and_counted(desk: Desk) -> None:
@@ -208,6 +253,13 @@ def test_a_map_where_nobody_can_stand_is_refused(
     full.cells[:] = 100
     save_map(full, desk.map)
     assert "no free cell" in complaint(desk, capsys)
+
+
+def test_the_method_that_is_not_built_yet_is_refused(
+    desk: Desk, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = complaint(desk, capsys, "--method", "ekf")
+    assert said.startswith("pilotage: the method ekf is not built yet")
 
 
 @pytest.mark.parametrize(

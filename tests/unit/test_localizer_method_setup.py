@@ -111,7 +111,7 @@ def test_settings_that_nobody_knows_are_refused(folder: Path, section: dict[str,
 def test_every_method_can_be_made_and_says_its_name() -> None:
     setup = method_setup(LocalizerSettings(headings=36), lambda _line: None)
     for name in METHODS:
-        assert make_method(name, WORLD, setup).name == name
+        assert make_method(name, WORLD, setup, np.random.default_rng(0)).name == name
 
 
 @pytest.mark.parametrize("name", [*MISSING, "magic"])
@@ -146,7 +146,7 @@ def seeing_bench(folder: Path, method: str) -> Bench:
     return bench
 
 
-@pytest.mark.parametrize("method", ["mcl"])
+@pytest.mark.parametrize("method", METHODS)
 def test_landmarks_alone_find_the_robot(folder: Path, method: str) -> None:
     bench = seeing_bench(folder, method)
     for _ in range(4):

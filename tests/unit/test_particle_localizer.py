@@ -13,12 +13,17 @@ from pilotage.localizer.method import LocalizationMethod
 from pilotage.localizer.particle_localizer import ParticleLocalizer, ParticleParams
 from pilotage.localizer.particle_recovery import RecoveryParams
 from pilotage.localizer.particle_resampling import KldParams
+from pilotage.localizer.particle_search import SearchParams
 from pilotage.localizer.pose_grid import PoseGridParams
 
 WORLD = flat()
 NARROW = np.diag([0.01, 0.01, 0.005])
 SECOND = 10**9
-QUICK = replace(ParticleParams(), start=60_000, kld=KldParams(least=1000, most=10_000))
+QUICK = replace(
+    ParticleParams(),
+    kld=KldParams(least=1000, most=10_000),
+    search=SearchParams(candidates=60_000, kept=20_000),
+)
 QUICK = replace(QUICK, evidence=replace(QUICK.evidence, tables=PoseGridParams(0.1, 36)))
 
 
@@ -76,7 +81,7 @@ def test_an_unknown_robot_is_found_and_followed(walk: Walk) -> None:
 def test_fewer_particles_follow_than_search(walk: Walk) -> None:
     searching = len(walk.localizer.filter.poses)
     found(walk)
-    assert searching == QUICK.start
+    assert searching == QUICK.kld.most
     assert len(walk.localizer.filter.poses) <= 2 * QUICK.kld.least
 
 

@@ -69,7 +69,12 @@ def _grade(
     is_opaque: NDArray[np.bool_],
     reading: ShadeReading,
 ) -> None:
-    """Give the opaque cells between the thresholds their share from 1 to 99, in place."""
+    """Give the opaque cells between the thresholds their share from 1 to 99, in place.
+
+    What is not opaque is unknown, whatever its colour, as nav2 has it; ROS 1 took transparent black
+    for a wall and transparent white for free.
+    """
+    cells[~is_opaque] = UNKNOWN
     between = (cells == UNKNOWN) & is_opaque
     span = reading.occupied_thresh - reading.free_thresh
     ratio = (occupancy[between] - reading.free_thresh) / span

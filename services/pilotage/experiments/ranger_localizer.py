@@ -34,12 +34,12 @@ class RangerModel:
     """What the localizer takes the robot to be.
 
     `ranges`: eq. 5; its delta covers the width of a cell and of a heading bin beside the ranger's
-    own error. `spread`: small, for the actions are nearly exact. `floor`: weight of M2's P0.
+    own error. `spread`: as small as the robot's errors. `floor`: weight of M2's P0.
     """
 
     grid: PoseGridParams = field(default_factory=lambda: PoseGridParams(CELL, HEADINGS))
     ranges: RangeModelParams = field(default_factory=lambda: RangeModelParams(delta=0.15))
-    spread: MotionSpread = field(default_factory=lambda: MotionSpread(0.02, 0.005, 0.01, 0.005))
+    spread: MotionSpread = field(default_factory=lambda: MotionSpread(0.012, 0.0, 0.005, 0.002))
     robot: RobotParams = field(default_factory=RobotParams)
     floor: float = 1.0
 

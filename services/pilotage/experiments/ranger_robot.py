@@ -27,12 +27,12 @@ class RobotParams:
     `forward`: of a step of 0.10 m [m]; `turn`: of a turn of 5 degrees [rad]; `range`: of a
     ranger [m]; `compass` [rad]; `range_max`: the longest range [m].
 
-    Turns are all but exact, as in the paper, where headings are multiples of 5 degrees for ever:
-    see the README for what a heading between two bins costs.
+    Turns are exact, as in the paper, where headings are multiples of 5 degrees for ever: see the
+    README for what a heading between two bins costs.
     """
 
-    forward: float = 0.005
-    turn: float = float(np.deg2rad(0.02))
+    forward: float = 0.003
+    turn: float = 0.0
     range: float = 0.03
     compass: float = float(np.deg2rad(3.0))
     range_max: float = 25.0

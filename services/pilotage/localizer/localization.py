@@ -16,12 +16,15 @@ from pilotage.localizer.storage import Choice, RunFolder, SightKey, Snapshot
 class Localization:
     """At most one method on at most one map; `usual` is what the settings choose."""
 
-    def __init__(self, setup: MethodSetup, kept: RunFolder, usual: Choice) -> None:
+    def __init__(
+        self, setup: MethodSetup, kept: RunFolder, usual: Choice, rng: np.random.Generator
+    ) -> None:
         self.method: LocalizationMethod | None = None
         self.map_id = ""
         self.choice = kept.load_choice(usual.settings) or usual
         self._setup = setup
         self._kept = kept
+        self._rng = rng
 
     def begin_on(self, world: OccupancyMap, map_id: str) -> Snapshot | None:
         """Begin on a map, anywhere or from the snapshot of a crashed run, which is returned.
@@ -85,7 +88,7 @@ class Localization:
         key = None if params is None else SightKey(map_id, *params)
         if sight is None and key is not None:
             sight = self._kept.load_sight(key)
-        method = make_method(name, world, self._setup, sight)
+        method = make_method(name, world, self._setup, self._rng, sight)
         if sight is None and key is not None and method.sight is not None:
             self._kept.save_sight(key, method.sight)
         method.choose_algorithm(self.choice.algorithm, self.choice.recovery_weight)

@@ -10,12 +10,12 @@ from pilotage.core.logs import HeadingRecord, Log, OdometryRecord, ScanRecord, S
 from pilotage.core.odometry_buffer import OdometryBuffer
 from pilotage.localizer.compass_memory import CompassMemory
 from pilotage.localizer.estimate import Estimate
-from pilotage.localizer.markov_localizer import MarkovLocalizer
 from pilotage.localizer.measurement import (
     Measurement,
     ranges_measurement,
     scan_measurement,
 )
+from pilotage.localizer.method import LocalizationMethod
 
 EXTRAPOLATION_NS = 500_000_000
 """Logs that state odometry rarely: the last motion is taken to go on for so long."""
@@ -42,7 +42,7 @@ class LogSensors:
     compass: bool = True
 
 
-def localize_log(log: Log, localizer: MarkovLocalizer, use: LogSensors) -> Iterator[LogEstimate]:
+def localize_log(log: Log, localizer: LocalizationMethod, use: LogSensors) -> Iterator[LogEstimate]:
     """Yield an estimate for each scan (or sonar round) of the log.
 
     A scan that odometry cannot place, as those before its first record, changes nothing.
@@ -90,7 +90,7 @@ def _odom_pose(
     return odometry.pose_at(round(record.stamp * 1e9), EXTRAPOLATION_NS)
 
 
-def _measurement(record: ScanRecord | SonarRecord, localizer: MarkovLocalizer) -> Measurement:
+def _measurement(record: ScanRecord | SonarRecord, localizer: LocalizationMethod) -> Measurement:
     if isinstance(record, ScanRecord):
         angles = record.angle_min, record.angle_increment
         beams = localizer.params.beams
@@ -101,7 +101,7 @@ def _measurement(record: ScanRecord | SonarRecord, localizer: MarkovLocalizer) -
 
 
 def _estimate(
-    localizer: MarkovLocalizer,
+    localizer: LocalizationMethod,
     stamp_ns: int,
     odom: NDArray[np.float64],
     measurement: Measurement,

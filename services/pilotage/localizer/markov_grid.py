@@ -2,83 +2,90 @@
 
 A belief on fixed cells blurs when it moves by parts of a cell. Here motion moves the cells
 instead: each heading's layer carries an offset from the map's cells, of less than half a cell,
-and all headings share an origin that turns with the robot. A motion adds to offsets and origin,
-exactly; a layer is shifted by whole cells when its offset passes one half. What spreads the
-belief is the odometry's uncertainty alone, gathered until it matters.
+and all headings share an origin that turns with the robot (`layers`). A motion adds to offsets
+and origin, exactly; a layer is shifted by whole cells when its offset passes one half. What
+spreads the belief is the odometry's uncertainty alone, gathered until it matters.
 
-Frames: `grid` is the map frame moved to the corner of cell (0, 0) and turned to its axes.
+Work is done where the belief is (`focus`); the rest of it is known by a bound.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
-from pilotage.core.angles import wrap
 from pilotage.localizer import kernels
 from pilotage.localizer.compass import compass_likelihood
+from pilotage.localizer.focus import Focus, FocusParams
 from pilotage.localizer.gaussian_start import gaussian_start
-from pilotage.localizer.kernels import Prior, Sight
-from pilotage.localizer.likelihood_field import STEPS, LikelihoodField
+from pilotage.localizer.kernels import Admissible, Echoes, Prior, Runs, Sight
+from pilotage.localizer.layers import Layers
+from pilotage.localizer.likelihood_field import LikelihoodField
+from pilotage.localizer.motion_spread import MotionSpread, SpreadDue
 from pilotage.localizer.pose_grid import PoseGrid
 from pilotage.localizer.range_model import RangeTable
 from pilotage.localizer.visibility import VisibilityParams, levels_allowed
 
-
-@dataclass(frozen=True)
-class MotionSpread:
-    """How odometry's uncertainty grows; variances add up along the way.
-
-    `translation`: [m per sqrt(m)] from the way; `translation_from_turn`: [m per sqrt(rad)];
-    `rotation`: [rad per sqrt(rad)] from turning; `rotation_from_way`: [rad per sqrt(m)].
-    """
-
-    translation: float = 0.06
-    translation_from_turn: float = 0.02
-    rotation: float = 0.06
-    rotation_from_way: float = 0.05
-
-
-LEAST_SHARE = 0.08
-"""Spreading waits until each neighbour would get this share: fewer passes, the same variance."""
-
-MOST_SHARE = 0.25
+__all__ = ["FocusParams", "MarkovGrid", "MotionSpread"]
 
 NEGLIGIBLE = 1e-9
 """Share of the belief below which a state need not be weighed down any further."""
+
+MOST_BEAMS = 1000
+"""Costs of so many beams sum up within 16 bits."""
+
+MOST_SIGHTS = 255
+"""So many beams are counted within 8 bits."""
 
 
 class MarkovGrid:
     """The belief: `predict` moves it; `add_floor`, `weigh_*` and `settle` correct it.
 
     Attributes:
-        belief: (headings, rows, cols) float32, summing to `total`.
-        total: its sum, 0 when the measurements have excluded every state (only under M1).
-        runs: sums and maxima per run of admissible states, as of the last measurement.
+        total: the sum of the belief and of the bound of its rest; 0 when the measurements have
+            excluded every state (only under M1).
+        runs: sums and maxima per run of `area`, as of the last measurement.
     """
 
-    def __init__(self, grid: PoseGrid, spread: MotionSpread) -> None:
+    def __init__(
+        self, grid: PoseGrid, spread: MotionSpread, focus: FocusParams | None = None
+    ) -> None:
         self.grid = grid
-        self.belief = np.zeros(grid.shape, np.float32)
-        self._spread = spread
-        self._origin_heading = 0.0
-        self._offsets = np.zeros((grid.headings, 2))
-        self._variance_cells = 0.0
-        self._variance_headings = 0.0
+        self._belief = np.zeros(grid.shape, np.float32)
+        self._layers = Layers(grid)
+        self._due = SpreadDue(spread, grid.geometry.resolution, grid.heading_step)
+        self._focus = Focus(grid, focus or FocusParams())
+        self._unchanged = Prior(1.0, 0.0, np.ones(grid.headings, np.float32))
+        self._prior: Prior | None = None
+        self._is_summed = False
+        self._recovery_weight = 0.0
         self.set_uniform()
+
+    @property
+    def belief(self) -> NDArray[np.float32]:
+        """The belief (headings, rows, cols), summing to `total` with the rest; may be changed."""
+        self._begin()
+        self._is_summed = False
+        return self._belief
+
+    @property
+    def area(self) -> Admissible:
+        """Where the belief is worked on; elsewhere it is zero."""
+        return self._focus.area
 
     @property
     def headings(self) -> NDArray[np.float64]:
         """Heading (headings,) of each layer in the grid frame [rad]."""
-        steps = np.arange(self.grid.headings) * self.grid.heading_step
-        turned: NDArray[np.float64] = np.add(self._origin_heading, steps)
-        return wrap(turned)
+        return self._layers.headings
+
+    @property
+    def rest_mass(self) -> float:
+        """Share of the total that is only bounded: what lies outside `area` weighs no more."""
+        return self._focus.rest.mass / self.total if self.total > 0.0 else 0.0
 
     def set_uniform(self) -> None:
         """Believe in every admissible state alike."""
-        self._anchor()
-        self.belief[:] = self.grid.admissible.mask / np.float32(self.grid.admissible_states)
+        self._forget()
+        self._belief[:] = self.grid.admissible.mask / np.float32(self.grid.admissible_states)
         self.settle()
 
     def set_gaussian(self, map_from_base: ArrayLike, covariance: NDArray[np.float64]) -> None:
@@ -87,9 +94,9 @@ class MarkovGrid:
         ValueError, and an unchanged belief, if no admissible state is near it.
         """
         start = gaussian_start(self.grid, map_from_base, covariance)
-        self._anchor()
-        self.belief[:] = 0.0
-        self.belief[:, start.rows, start.cols] = start.weights
+        self._forget()
+        self._belief[:] = 0.0
+        self._belief[:, start.rows, start.cols] = start.weights
         self.settle()
 
     def set_states(self, poses: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
@@ -97,28 +104,26 @@ class MarkovGrid:
 
         What the weights lack to one is spread over all admissible states.
         """
-        self.set_uniform()
-        self.belief *= np.float32(max(0.0, 1.0 - float(weights.sum())))
+        self._forget()
+        even = max(0.0, 1.0 - float(weights.sum())) / self.grid.admissible_states
+        self._belief[:] = np.float32(even)
         local = se2.compose(se2.inverse(self.grid.geometry.origin), poses)
         layers = np.rint(local[:, 2] / self.grid.heading_step).astype(np.int64)
         cells = self.grid.geometry.cells_of(poses[:, :2])
         inside = self.grid.geometry.contains(cells)
         states = (layers[inside] % self.grid.headings, *cells[inside].T)
-        np.add.at(self.belief, states, weights[inside].astype(np.float32))
-        self.belief *= self.grid.admissible.mask
+        np.add.at(self._belief, states, weights[inside].astype(np.float32))
+        self._belief *= self.grid.admissible.mask
         self.settle()
 
     def predict(self, increment: ArrayLike) -> None:
         """Move the belief by odometry's `increment` (3,): the new base seen from the old one."""
-        dx, dy, turn = np.asarray(increment, float)
-        way = float(np.hypot(dx, dy))
-        headings = self.headings
-        cos, sin = np.cos(headings), np.sin(headings)
-        self._offsets[:, 0] += (cos * dx - sin * dy) / self.grid.geometry.resolution
-        self._offsets[:, 1] += (sin * dx + cos * dy) / self.grid.geometry.resolution
-        self._origin_heading = wrap(self._origin_heading + float(turn))
-        self._shift_layers()
-        self._gather_variance(way, abs(float(turn)))
+        dx, dy, turn = (float(value) for value in np.asarray(increment, float))
+        self._begin()
+        self._shift(self._layers.move(dx, dy, turn))
+        self._due.add(float(np.hypot(dx, dy)), abs(turn))
+        self._spread(self._due.take_cells(), self._due.take_headings())
+        self._is_summed = False
 
     def add_floor(self, recovery_weight: float, compass: tuple[float, float] | None = None) -> None:
         """Begin a correction: `Bel <- P(b | l) (Bel + recovery_weight P0)` (eq. 8 and 12).
@@ -127,20 +132,22 @@ class MarkovGrid:
             recovery_weight: of the floor P0 = 1 / |Omega|; 1 is the paper's M2, 0 its M1 (eq. 3).
             compass: yaw in the map frame and its standard deviation [rad], if measured.
         """
+        self._begin()
+        self._recovery_weight = recovery_weight
+        if not self._focus.allows(recovery_weight):
+            self._focus.open(self._belief)
         floor = recovery_weight / self.grid.admissible_states
         scale = 1.0 / self.total if self.total > 0.0 else 0.0
-        prior = Prior(scale, floor, self._compass_weights(compass))
-        kernels.add_floor(self.belief, self.grid.admissible, prior)
+        # Done by the first pass that weighs: the belief is then read and written but once.
+        self._prior = Prior(scale, floor, self._compass_weights(compass))
 
     def weigh_scan(
         self, ends_base: NDArray[np.float64], field: LikelihoodField, tempering: float
     ) -> None:
         """`Bel <- P(s | l)^tempering Bel` for laser beams that end at `ends_base` (n, 2)."""
         used = ends_base[np.hypot(*ends_base.T) <= field.class_limits[-1]]
-        costs = np.arange(len(used) * STEPS + 1) * (field.step * tempering)
-        likelihood = np.exp(-costs).astype(np.float32)
-        beams = self._scan_beams(used, field)
-        kernels.weigh_scan(self.belief, self.grid.admissible, beams, field.costs, likelihood)
+        for first in range(0, len(used), MOST_BEAMS):
+            self._weigh_beams(used[first : first + MOST_BEAMS], field, tempering)
 
     def weigh_visibility(
         self, ends_base: NDArray[np.float64], table: RangeTable, params: VisibilityParams
@@ -150,11 +157,17 @@ class MarkovGrid:
         Only states of more than NEGLIGIBLE of the belief (as `settle` last summed it) are looked
         at: the term is at most 1, so all others could only become still lighter.
         """
+        self._sum_up()
         allowed = levels_allowed(np.hypot(*ends_base.T), params)
-        directions = self._range_directions(np.arctan2(*ends_base.T[::-1]), table)
-        sight = Sight(directions, allowed, np.float32(NEGLIGIBLE * self.total))
-        factors = np.exp(-params.penalty * np.arange(len(allowed) + 1)).astype(np.float32)
-        kernels.weigh_visibility(self.belief, self.grid.admissible, sight, table.levels, factors)
+        bearings = np.arctan2(*ends_base.T[::-1])
+        directions = self._layers.directions_of(bearings, len(table.levels))
+        factors = np.exp(-params.penalty * np.arange(MOST_SIGHTS + 1)).astype(np.float32)
+        least = np.float32(NEGLIGIBLE * self.total)
+        for first in range(0, len(allowed), MOST_SIGHTS):
+            some = slice(first, first + MOST_SIGHTS)
+            ahead = np.ascontiguousarray(directions[:, some])
+            sight = Sight(ahead, table.levels, allowed[some], factors, least)
+            kernels.weigh_visibility(self._belief, self.area, self.runs, sight)
 
     def weigh_ranges(
         self,
@@ -169,26 +182,26 @@ class MarkovGrid:
             likelihoods: (n, 256) of each range, by expected level (see range_model).
             table: expected ranges.
         """
-        directions = self._range_directions(bearings, table)
-        kernels.weigh_ranges(
-            self.belief, self.grid.admissible, directions, table.levels, likelihoods
-        )
+        directions = self._layers.directions_of(bearings, len(table.levels))
+        echoes = Echoes(directions, table.levels, likelihoods)
+        prior = self._take_prior()
+        if not self._focus.rest.is_empty:
+            self._focus.rest.begin(prior)
+        self._summed(kernels.weigh_ranges(self._belief, self.area, prior, echoes))
 
     def settle(self) -> None:
         """End a correction: sum up what is left (the next one divides by it, eq. 8's a)."""
-        self.runs = kernels.sum_runs(self.belief, self.grid.admissible)
-        total = float(self.runs.mass.sum())
+        self._begin()
+        self._sum_up()
+        total = float(self.runs.mass.sum()) + self._focus.rest.mass
         # Of less than this, 1 / total would overflow float32 and turn the belief into NaN.
         self.total = total if total > np.finfo(np.float32).tiny else 0.0
+        if self._may_narrow() and self._focus.narrow(self._belief, self.total):
+            self._summed(kernels.sum_runs(self._belief, self.area))
 
     def poses_of(self, states: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the poses (n, 3) in the map frame of states (n, 3) as heading, row, col."""
-        k, row, col = states.T
-        resolution = self.grid.geometry.resolution
-        x = (col + 0.5 + self._offsets[k, 0]) * resolution
-        y = (row + 0.5 + self._offsets[k, 1]) * resolution
-        grid_from_base = np.stack([x, y, self.headings[k]], axis=1)
-        return se2.compose(self.grid.geometry.origin, grid_from_base)
+        return self._layers.poses_of(states)
 
     def heaviest(self, most: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return poses (n, 3) and weights (n,) of about the `most` heaviest states.
@@ -213,7 +226,9 @@ class MarkovGrid:
 
     def scale_states(self, states: NDArray[np.int64], factors: NDArray[np.float32]) -> None:
         """Multiply different states (n, 3) by factors (n,) and sum the belief up anew."""
-        self.belief[tuple(states.T)] *= factors
+        self._begin()
+        self._is_summed = False
+        self._belief[tuple(states.T)] *= factors
         self.settle()
 
     def marginal(self) -> NDArray[np.float32]:
@@ -221,15 +236,15 @@ class MarkovGrid:
         if self.total == 0.0:
             return np.zeros(self.grid.geometry.shape, np.float32)
         least = NEGLIGIBLE * self.total
-        summed = kernels.sum_headings(self.belief, self.grid.admissible, self.runs.mass, least)
+        summed = kernels.sum_headings(self._belief, self.area, self.runs.mass, least)
         return summed / np.float32(self.total)
 
     def entropy(self) -> float:
         """Return H = -sum Bel log2 Bel in bits (Liu et al. 2008, eq. 5), to about 1e-3."""
         if self.total == 0.0:
             return 0.0
-        bits = self.belief.view(np.int32)
-        summed = kernels.sum_logarithms(self.belief, bits, self.grid.admissible, self.runs.mass)
+        bits = self._belief.view(np.int32)
+        summed = kernels.sum_logarithms(self._belief, bits, self.area, self.runs.mass)
         # H of b / total is log2(total) - (sum b log2 b) / total.
         return max(0.0, float(np.log2(self.total) - summed / self.total))
 
@@ -254,67 +269,79 @@ class MarkovGrid:
             best = np.argpartition(self.runs.peak[layers, runs], -most)[-most:]
             layers, runs = layers[best], runs[best]
         states, weights = [np.empty((0, 3), np.int64)], [np.empty(0, np.float32)]
-        for k, (row, first, last) in zip(layers, self.grid.admissible.runs[runs], strict=True):
-            run = self.belief[k, row, first:last]
+        for k, (row, first, last) in zip(layers, self.area.runs[runs], strict=True):
+            run = self._belief[k, row, first:last]
             cols = np.nonzero(run > threshold)[0]
             places = np.column_stack([np.full_like(cols, k), np.full_like(cols, row), cols + first])
             states.append(places)
             weights.append(run[cols])
         return np.concatenate(states), np.concatenate(weights)
 
-    def _anchor(self) -> None:
-        """Put the layers back onto the map's cells."""
-        self._origin_heading = 0.0
-        self._offsets[:] = 0.0
-        self._variance_cells = self._variance_headings = 0.0
+    def _forget(self) -> None:
+        """Put the layers back onto the map's cells and work on all of them."""
+        self._layers.anchor()
+        self._due.forget()
+        self._focus.forget()
+        self._prior, self._is_summed, self._recovery_weight = None, False, 0.0
 
-    def _scan_beams(
-        self, ends_base: NDArray[np.float64], field: LikelihoodField
-    ) -> NDArray[np.int64]:
-        """Return class, row and col (headings, n, 3) by which each beam's end lies off a state."""
-        cos, sin = np.cos(self.headings)[:, None], np.sin(self.headings)[:, None]
-        x, y = ends_base.T / self.grid.geometry.resolution
-        cols = np.floor(0.5 + self._offsets[:, :1] + cos * x - sin * y) + field.margin
-        rows = np.floor(0.5 + self._offsets[:, 1:] + sin * x + cos * y) + field.margin
-        classes = np.broadcast_to(field.classes_of(np.hypot(*ends_base.T)), rows.shape)
-        return np.stack([classes, rows, cols], axis=-1).astype(np.int64)
+    def _weigh_beams(
+        self, ends_base: NDArray[np.float64], field: LikelihoodField, tempering: float
+    ) -> None:
+        ends = self._layers.cells_of_ends(ends_base)
+        scan = field.scan(np.hypot(*ends_base.T), ends, tempering)
+        prior, rest = self._take_prior(), self._focus.rest
+        self._summed(kernels.weigh_scan(self._belief, self.area, prior, scan))
+        if not rest.is_empty:
+            rest.weigh(prior, field.coarse_scan(scan, rest.tiles.phases))
+            if self._focus.wake(self._belief, scan, float(self.runs.mass.sum())):
+                self._summed(kernels.sum_runs(self._belief, self.area))
 
-    def _range_directions(
-        self, bearings: NDArray[np.float64], table: RangeTable
-    ) -> NDArray[np.int64]:
-        """Return the layer (headings, n) of the range table that each bearing points along."""
-        count = len(table.levels)
-        map_headings = self.headings + self.grid.geometry.origin[2]
-        turns = (map_headings[:, None] + bearings[None, :]) / (2.0 * np.pi)
-        return np.rint(turns * count).astype(np.int64) % count
+    def _take_prior(self) -> Prior:
+        """Return what the belief still has to be turned into before it is weighed."""
+        prior, self._prior = self._prior or self._unchanged, None
+        return prior
 
-    def _shift_layers(self) -> None:
-        whole = np.rint(self._offsets).astype(np.int64)
-        for k in np.nonzero(whole.any(axis=1))[0]:
-            right, up = whole[k]
-            kernels.shift_layer(self.belief[k], int(up), int(right))
-        self._offsets -= whole
+    def _begin(self) -> None:
+        """Turn the belief into its prior, if that has not been done yet."""
+        if self._prior is not None:
+            prior = self._take_prior()
+            if not self._focus.rest.is_empty:
+                self._focus.rest.begin(prior)
+            self._summed(kernels.weigh_prior(self._belief, self.area, prior))
 
-    def _gather_variance(self, way: float, turn: float) -> None:
-        spread, resolution = self._spread, self.grid.geometry.resolution
-        along = spread.translation**2 * way + spread.translation_from_turn**2 * turn
-        around = spread.rotation**2 * turn + spread.rotation_from_way**2 * way
-        self._variance_cells += along / resolution**2
-        self._variance_headings += around / self.grid.heading_step**2
-        while self._variance_cells / 2.0 >= LEAST_SHARE:
-            share = min(self._variance_cells / 2.0, MOST_SHARE)
-            for layer in self.belief:
-                kernels.spread_layer(layer, share)
-            self._variance_cells -= 2.0 * share
-        while self._variance_headings / 2.0 >= LEAST_SHARE:
-            share = min(self._variance_headings / 2.0, MOST_SHARE)
-            kernels.spread_headings(self.belief, share, self._layer_shifts())
-            self._variance_headings -= 2.0 * share
+    def _summed(self, runs: Runs) -> None:
+        self.runs, self._is_summed = runs, True
 
-    def _layer_shifts(self) -> NDArray[np.int64]:
-        """Return by how many whole rows and cols (headings, 2) layer k + 1 lies beyond layer k."""
-        apart = np.roll(self._offsets, -1, axis=0) - self._offsets
-        return np.rint(apart[:, ::-1]).astype(np.int64)
+    def _sum_up(self) -> None:
+        if not self._is_summed:
+            self._summed(kernels.sum_runs(self._belief, self.area))
+
+    def _may_narrow(self) -> bool:
+        return self._focus.allows(self._recovery_weight) and self.total > 0.0
+
+    def _shift(self, cells: NDArray[np.int64]) -> None:
+        """Move the states by whole rows and cols (headings, 2)."""
+        if cells.any():
+            self._focus.grow(int(np.abs(cells).max()))
+            for box in self._focus.boxes:
+                kernels.shift_layers(self._belief, box, cells)
+            if not self._focus.rest.is_empty:
+                self._focus.rest.shift(cells)
+
+    def _spread(self, of_cells: list[float], of_headings: list[float]) -> None:
+        """Spread the belief by passes of these shares over its cells and its headings."""
+        shifts = self._layers.shifts()
+        self._focus.grow(len(of_cells) + len(of_headings) * int(np.abs(shifts).max()))
+        for box in self._focus.boxes:
+            for share in of_cells:
+                kernels.spread_layers(self._belief, box, share)
+            for share in of_headings:
+                kernels.spread_headings(self._belief, box, share, shifts)
+        if not self._focus.rest.is_empty:
+            for share in of_cells:
+                self._focus.rest.spread(share)
+            for share in of_headings:
+                self._focus.rest.spread_headings(share, shifts)
 
     def _compass_weights(self, compass: tuple[float, float] | None) -> NDArray[np.float32]:
         if compass is None:

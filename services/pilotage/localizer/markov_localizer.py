@@ -12,8 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
+from pilotage.core.landmark_map import LandmarkMap
 from pilotage.localizer.estimate import Estimate, Memory
+<<<<<<< HEAD
 from pilotage.localizer.judge import Judge
+=======
+from pilotage.localizer.landmark_model import weigh_landmarks
+>>>>>>> main
 from pilotage.localizer.likelihood_field import LikelihoodFieldParams, likelihood_field
 from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
 from pilotage.localizer.measurement import Measurement, Ranges
@@ -78,16 +83,22 @@ class MarkovParams:
 class MarkovLocalizer:
     """The belief on a map, moved by odometry and weighed by measurements.
 
-    `sight` is the map's table of optimistic ranges, if it is at hand from an earlier run.
+    `sight` is the map's table of optimistic ranges, if it is at hand from an earlier run;
+    `landmarks` says where those stand that the robot sees.
     """
 
     name: MethodName = "markov"
 
     def __init__(
-        self, world: OccupancyMap, params: MarkovParams, sight: RangeTable | None = None
+        self,
+        world: OccupancyMap,
+        params: MarkovParams,
+        sight: RangeTable | None = None,
+        landmarks: LandmarkMap | None = None,
     ) -> None:
         self.params = params
         self.world = world
+        self._landmarks = landmarks
         self._states = pose_grid(world, params.grid)
         self.grid = MarkovGrid(self._states, params.spread)
         step = self._states.heading_step
@@ -227,6 +238,8 @@ class MarkovLocalizer:
             self.grid.weigh_visibility(measurement.ends, self.sight, sight)
         if measurement.ranges is not None:
             self._weigh_ranges(measurement.ranges, of_ranges)
+        if measurement.landmarks is not None and self._landmarks is not None:
+            weigh_landmarks(self.grid, measurement.landmarks, self._landmarks, of_ranges)
         self.grid.settle()
 
     def _weigh_ranges(self, seen: Ranges, novelty: float) -> None:

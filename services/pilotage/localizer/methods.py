@@ -48,12 +48,16 @@ class MethodSetup:
         return None if evidence.visibility is None else (evidence.tables, evidence.visibility)
 
 
-Make = Callable[[OccupancyMap, MethodSetup, RangeTable | None], LocalizationMethod]
+Make = Callable[
+    [OccupancyMap, MethodSetup, np.random.Generator, RangeTable | None], LocalizationMethod
+]
 
 METHODS: dict[str, Make] = {
-    "markov": lambda world, setup, sight: MarkovLocalizer(world, setup.markov, sight),
-    "mcl": lambda world, setup, sight: ParticleLocalizer(
-        world, setup.particles, sight, setup.landmarks, np.random.default_rng(setup.seed)
+    "markov": lambda world, setup, _rng, sight: MarkovLocalizer(
+        world, setup.markov, sight, setup.landmarks
+    ),
+    "mcl": lambda world, setup, rng, sight: ParticleLocalizer(
+        world, setup.particles, sight, setup.landmarks, rng
     ),
 }
 
@@ -75,7 +79,11 @@ def require_method(name: str) -> None:
 
 
 def make_method(
-    name: str, world: OccupancyMap, setup: MethodSetup, sight: RangeTable | None = None
+    name: str,
+    world: OccupancyMap,
+    setup: MethodSetup,
+    rng: np.random.Generator,
+    sight: RangeTable | None = None,
 ) -> LocalizationMethod:
     """Return the method on a map, starting anywhere; `sight` is the map's table, if at hand.
 
@@ -84,7 +92,7 @@ def make_method(
         ValueError: the map cannot be localized on.
     """
     require_method(name)
-    return METHODS[name](world, setup, sight)
+    return METHODS[name](world, setup, rng, sight)
 
 
 def known(

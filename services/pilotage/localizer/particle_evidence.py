@@ -4,7 +4,7 @@ Scans by the likelihood field and by what beams may not see through; single rang
 expected range (Wu & Bell 2003, eq. 5); compass (eq. 12); landmarks.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from pilotage.localizer.range_model import (
     range_table,
 )
 from pilotage.localizer.visibility import VisibilityParams, levels_allowed, optimistic_ranges
+
+BLUR = 0.35
+"""Spread [m] of a beam's end seen from a pose that is itself known to 0.2 m and 5 degrees."""
 
 HOPELESS = 15.0
 """-log of a particle's likelihood, relative to the best, from which visibility is not asked."""
@@ -85,6 +88,8 @@ class ParticleEvidence:
         self._params = params
         self._landmarks = landmarks
         self._field = particle_field(world, params.beam)
+        blurred = float(np.hypot(params.beam.sigma, BLUR))
+        self._blurred = particle_field(world, replace(params.beam, sigma=blurred))
         self._cells = pose_grid(world, params.tables).geometry
         self.sight = sight or self._sight()
         self._sight_by_cell = None if self.sight is None else _by_cell(self.sight)
@@ -115,6 +120,16 @@ class ParticleEvidence:
             yaw, sigma = seen.compass
             logs += new.of_ranges * np.log(compass_likelihood(poses[:, 2], yaw, sigma))
         return Word(logs, np.exp(raw / max(1, parts)), parts)
+
+    def weigh_coarsely(
+        self, poses: NDArray[np.float64], seen: Measurement, novelty: Novelty
+    ) -> NDArray[np.float64]:
+        """Return log likelihoods (n,) of poses that are known no better than BLUR says."""
+        if seen.ends is None:
+            return self.weigh(poses, seen, novelty).logs
+        tempering = self._params.tempering * novelty.of_scan
+        rest = self.weigh(poses, replace(seen, ends=None), novelty).logs
+        return rest + tempering * self._blurred.log_likelihoods(poses, seen.ends)
 
     def _seen_through(
         self, poses: NDArray[np.float64], ends: NDArray[np.float64], logs: NDArray[np.float64]

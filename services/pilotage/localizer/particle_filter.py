@@ -13,6 +13,7 @@ from pilotage.localizer.particle_resampling import (
     effective_number,
     needed_particles,
 )
+from pilotage.localizer.particle_search import Finds
 from pilotage.localizer.particle_start import FreeSpace
 
 RESAMPLED_BELOW = 0.5
@@ -51,6 +52,10 @@ class ParticleFilter:
             drawn = poses[draw(weights, known, rng)]
             elsewhere = np.concatenate([drawn[self._free.holds(drawn)], elsewhere])
         self._hold(elsewhere if len(elsewhere) else self._free.draw(count, rng))
+
+    def take(self, finds: Finds) -> None:
+        """Believe in what a search has found."""
+        self.poses, self.weights = finds.poses, finds.weights
 
     def predict(self, increment: NDArray[np.float64], rng: np.random.Generator) -> None:
         """Move every particle by odometry's increment (3,), as it may have been in truth."""

@@ -28,7 +28,8 @@ from pilotage.localizer.particle_evidence import EvidenceParams, Novelty, Partic
 from pilotage.localizer.particle_filter import ParticleFilter
 from pilotage.localizer.particle_motion import MotionModel
 from pilotage.localizer.particle_recovery import FitMemory, RecoveryParams
-from pilotage.localizer.particle_resampling import KldParams, draw
+from pilotage.localizer.particle_resampling import KldParams
+from pilotage.localizer.particle_search import ParticleSearch, SearchParams
 from pilotage.localizer.particle_start import free_space
 from pilotage.localizer.range_model import RangeTable
 from pilotage.localizer.verdict import VerdictParams
@@ -47,13 +48,11 @@ STANDING = 0.1
 class ParticleParams:
     """Parameters of the particle filter.
 
-    `beams`: beams of a scan that are used. `start`: particles of an unknown start, before the
-    first measurement thins them out. `update_way` [m], `update_turn` [rad], `update_after` [s]:
-    as in MarkovParams.
+    `beams`: beams of a scan that are used. `update_way` [m], `update_turn` [rad],
+    `update_after` [s]: as in MarkovParams.
     """
 
     beams: int = 60
-    start: int = 500_000
     update_way: float = 0.25
     update_turn: float = 0.20
     update_after: float = 1.0
@@ -61,6 +60,7 @@ class ParticleParams:
     kld: KldParams = field(default_factory=KldParams)
     recovery: RecoveryParams = field(default_factory=RecoveryParams)
     evidence: EvidenceParams = field(default_factory=EvidenceParams)
+    search: SearchParams = field(default_factory=SearchParams)
     verdict: VerdictParams = field(default_factory=VerdictParams)
 
 
@@ -85,6 +85,7 @@ class ParticleLocalizer:
         self._rng = rng or np.random.default_rng(0)
         self._free = free_space(world)
         self._evidence = ParticleEvidence(world, params.evidence, sight, landmarks)
+        self._search = ParticleSearch(self._free, self._evidence, params.search)
         self.sight = self._evidence.sight
         self.filter = ParticleFilter(self._free, params.motion, params.kld)
         self._fits = FitMemory(params.recovery)
@@ -101,8 +102,9 @@ class ParticleLocalizer:
 
     def start_anywhere(self) -> None:
         """Forget everything: the robot may be in any free place."""
-        self.filter.set_uniform(self.params.start, self._rng)
+        self.filter.set_uniform(self.params.kld.most, self._rng)
         self._begin([])
+        self._is_anywhere = True
 
     def start_at(self, map_from_base: ArrayLike, covariance: NDArray[np.float64]) -> None:
         """Begin near a pose (3,); ValueError if it is not in free space."""
@@ -149,8 +151,11 @@ class ParticleLocalizer:
         surprise = self._judge.is_surprised(odom_from_base, measurement)
         self.filter.predict(increment, self._rng)
         novelty = Novelty() if surprise else self._novelty(increment)
-        self._correct(measurement, novelty)
-        self._recover(measurement, novelty, surprise=surprise)
+        if self._is_anywhere:
+            self._find(measurement)
+        else:
+            self._correct(measurement, novelty)
+            self._recover(measurement, novelty, surprise=surprise)
         self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
         states = self.belief.heaviest(SAMPLES)
         return self._judge.judge(odom_from_base, states, measurement, surprise=surprise)
@@ -171,7 +176,12 @@ class ParticleLocalizer:
     def _begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
         self._fits.forget()
         self._judge.begin(modes, was_localized=was_localized)
+<<<<<<< HEAD
         self._odom_from_base = None
+=======
+        self.restart_odometry()
+        self._is_anywhere = False
+>>>>>>> main
 
     def _increment_to(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
         if self._odom_from_base is None:
@@ -187,6 +197,13 @@ class ParticleLocalizer:
         of_scan = min(1.0, max(moved + turn / np.pi, STANDING))
         return Novelty(of_scan, min(1.0, max(moved + turn / self.params.update_turn, STANDING)))
 
+    def _find(self, measurement: Measurement) -> None:
+        """Replace particles anywhere by those that the first measurement speaks for."""
+        self.filter.take(self._search.anywhere(measurement, Novelty(), self._rng))
+        if self.filter.is_depleted:
+            self.filter.resample(self._rng)
+        self._is_anywhere = False
+
     def _correct(self, measurement: Measurement, novelty: Novelty) -> None:
         """Weigh the particles, and note how well the measurement fits them."""
         word = self._evidence.weigh(self.filter.poses, measurement, novelty)
@@ -200,13 +217,10 @@ class ParticleLocalizer:
         """Give a share of the belief to places that the measurement speaks for."""
         params = self.params.recovery
         share = max(self._fits.share, params.surprised if surprise else 0.0)
-        count = round(share * self.params.kld.most)
-        if not (self._recovers and count):
-            return
-        candidates = self._free.draw(params.candidates * count, self._rng)
-        logs = self._evidence.weigh(candidates, measurement, novelty).logs
-        chosen = draw(np.exp(logs - logs.max()), count, self._rng)
-        self.filter.admit(candidates[chosen], share)
+        count = round(share * params.most)
+        if self._recovers and count:
+            finds = self._search.anywhere(measurement, novelty, self._rng, share)
+            self.filter.admit(finds.drawn(count, self._rng), share)
 
     def _modes(self) -> list[Mode]:
         """Return the modes; each pose is known no better than a bin is wide (w^2 / 12)."""

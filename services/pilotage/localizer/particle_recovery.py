@@ -16,15 +16,14 @@ class RecoveryParams:
     """Parameters of the recovery.
 
     `slow`, `fast`: share of a new measurement in either memory (AMCL: recovery_alpha_slow and
-    recovery_alpha_fast); zero is no recovery. `candidates`: poses tried for each one that is
-    drawn anew: those that the measurement speaks for are kept.
-    `surprised`: share drawn anew when a measurement contradicts a localized robot's pose.
+    recovery_alpha_fast); zero is no recovery. `surprised`: share drawn anew when a measurement
+    contradicts a localized robot's pose. `most`: particles that are drawn anew at the most.
     """
 
     slow: float = 0.05
     fast: float = 0.5
-    candidates: int = 10
     surprised: float = 0.5
+    most: int = 50_000
 
     def __post_init__(self) -> None:
         """Refuse what is no memory (ValueError)."""

@@ -21,7 +21,7 @@ class KldParams:
     `bin_turn` [rad]: poses in the same bin need not be told apart.
     """
 
-    least: int = 2_000
+    least: int = 5_000
     most: int = 50_000
     epsilon: float = 0.05
     quantile: float = 0.99

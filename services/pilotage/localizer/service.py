@@ -49,7 +49,9 @@ class LocalizerService:
         self._setup = method_setup(settings, lambda line: node.log.info("amcl_file: %s", line))
         kept = RunFolder(deployment.run_dir, lambda text: node.warn("memory", text))
         chosen = settings.method, settings.algorithm, settings.recovery_weight
-        self._at = Localization(self._setup, kept, Choice(settings.model_dump_json(), *chosen))
+        usual = Choice(settings.model_dump_json(), *chosen)
+        rng = np.random.default_rng(self._setup.seed)
+        self._at = Localization(self._setup, kept, usual, rng)
         self._odometry = OdometryBuffer()
         self._newest: OdometrySample | None = None
         self._compass = CompassMemory()

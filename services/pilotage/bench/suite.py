@@ -1,0 +1,25 @@
+"""All cases in order: first those whose peak of memory is measured, from small to large."""
+
+from collections.abc import Callable, Iterator
+
+from pilotage.bench.building_cases import AREAS, growth_cases, office_cases
+from pilotage.bench.entry import Entry, Stopwatch
+from pilotage.bench.grid_cases import exact_posterior_case, hall_case
+from pilotage.bench.particle_cases import COUNTS, particle_cases
+
+ENTRIES = 1 + 3 * len(AREAS) + 4 + 2 * len(COUNTS) + 1
+"""How many entries there are, for a progress bar."""
+
+
+def run_suite(watch: Stopwatch, peak_mb: Callable[[], float]) -> Iterator[Entry]:
+    """Yield every entry as it is measured.
+
+    Args:
+        watch: of processor time.
+        peak_mb: the most memory that the process has had so far.
+    """
+    yield from growth_cases(watch, peak_mb)
+    yield from hall_case(watch)
+    yield from office_cases(watch)
+    yield from particle_cases(watch)
+    yield from exact_posterior_case(watch)
