@@ -14,11 +14,8 @@ from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.localizer.estimate import Estimate, Memory
-<<<<<<< HEAD
 from pilotage.localizer.judge import Judge
-=======
 from pilotage.localizer.landmark_model import weigh_landmarks
->>>>>>> main
 from pilotage.localizer.likelihood_field import LikelihoodFieldParams, likelihood_field
 from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
 from pilotage.localizer.measurement import Measurement, Ranges

@@ -27,7 +27,7 @@ from pilotage.localizer.particle_belief import (
 from pilotage.localizer.particle_evidence import EvidenceParams, Novelty, ParticleEvidence
 from pilotage.localizer.particle_filter import ParticleFilter
 from pilotage.localizer.particle_motion import MotionModel
-from pilotage.localizer.particle_recovery import FitMemory, RecoveryParams
+from pilotage.localizer.particle_recovery import FitMemory, RecoveryParams, share_after
 from pilotage.localizer.particle_resampling import KldParams
 from pilotage.localizer.particle_search import ParticleSearch, SearchParams
 from pilotage.localizer.particle_start import free_space
@@ -42,6 +42,9 @@ REMEMBERED = 2_000
 
 STANDING = 0.1
 """Novelty of a measurement from the same place: people move, the noise is new."""
+
+NEGLIGIBLE = 1e-4
+"""Share of the belief that is not worth any particles."""
 
 
 @dataclass(frozen=True)
@@ -154,8 +157,7 @@ class ParticleLocalizer:
         if self._is_anywhere:
             self._find(measurement)
         else:
-            self._correct(measurement, novelty)
-            self._recover(measurement, novelty, surprise=surprise)
+            self._correct(measurement, novelty, surprise=surprise)
         self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
         states = self.belief.heaviest(SAMPLES)
         return self._judge.judge(odom_from_base, states, measurement, surprise=surprise)
@@ -176,12 +178,8 @@ class ParticleLocalizer:
     def _begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
         self._fits.forget()
         self._judge.begin(modes, was_localized=was_localized)
-<<<<<<< HEAD
         self._odom_from_base = None
-=======
-        self.restart_odometry()
         self._is_anywhere = False
->>>>>>> main
 
     def _increment_to(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
         if self._odom_from_base is None:
@@ -204,23 +202,32 @@ class ParticleLocalizer:
             self.filter.resample(self._rng)
         self._is_anywhere = False
 
-    def _correct(self, measurement: Measurement, novelty: Novelty) -> None:
-        """Weigh the particles, and note how well the measurement fits them."""
+    def _correct(self, measurement: Measurement, novelty: Novelty, *, surprise: bool) -> None:
+        """Weigh the particles, and let in others where the measurement fits none of them."""
         word = self._evidence.weigh(self.filter.poses, measurement, novelty)
         if word.parts:
             self._fits.note(float(self.filter.weights @ word.fits), word.parts)
-        self.filter.weigh(word.logs)
+        log_here = self.filter.weigh(word.logs)
         if self.filter.is_depleted:
             self.filter.resample(self._rng)
+        surprised = self.params.recovery.surprised if surprise else 0.0
+        if self._recovers:
+            self._recover(measurement, novelty, (max(self._fits.share, surprised), log_here))
 
-    def _recover(self, measurement: Measurement, novelty: Novelty, *, surprise: bool) -> None:
-        """Give a share of the belief to places that the measurement speaks for."""
-        params = self.params.recovery
-        share = max(self._fits.share, params.surprised if surprise else 0.0)
-        count = round(share * params.most)
-        if self._recovers and count:
-            finds = self._search.anywhere(measurement, novelty, self._rng, share)
-            self.filter.admit(finds.drawn(count, self._rng), share)
+    def _recover(
+        self, measurement: Measurement, novelty: Novelty, reckoned: tuple[float, float]
+    ) -> None:
+        """Give its share of the belief to any place that the measurement speaks for.
+
+        `reckoned`: prior share of being elsewhere; log likelihood of the measurement here.
+        """
+        prior, log_here = reckoned
+        count = round(prior * self.params.recovery.most)
+        if count:
+            finds = self._search.anywhere(measurement, novelty, self._rng, prior)
+            share = share_after(prior, finds.log_mean, log_here)
+            if share > NEGLIGIBLE:
+                self.filter.admit(finds.drawn(count, self._rng), share)
 
     def _modes(self) -> list[Mode]:
         """Return the modes; each pose is known no better than a bin is wide (w^2 / 12)."""
