@@ -100,7 +100,7 @@ def weigh(
         _scales(cell),
         Weights(WEIGHTS, SILENT_WEIGHTS),
     )
-    return Weighed(around.in_map(refined), *sums.T)
+    return Weighed(around.in_map(refined), *(np.ascontiguousarray(part) for part in sums.T))
 
 
 def _scales(cell: float) -> Scales:

@@ -39,11 +39,33 @@ HOPELESS = 16.0
 MOST_PLACES = 150
 """... nor are more than this."""
 
+MOST_NEW = 40
+"""Proposed places that are held against the last scans: those that this one says most for."""
+
 KEPT_SCANS = 12
 """Last scans that a new place is held against."""
 
 SAME_WAY, SAME_TURN = 0.3, 0.15
 """Places nearer than this [m, rad] are one."""
+
+USUAL_BEAMS = 100.0
+"""Beams for which the usual fit stands in where little was new."""
+
+MISFIT = 0.2
+"""A scan whose beams fit a place by so much less [nat] than usual may need a longer search ..."""
+
+MOST_SOUGHT = 8
+"""... at this many of the likeliest places ..."""
+
+AROUND = np.array(
+    [
+        [x, y, turn]
+        for turn in (0.0, -0.2, 0.2)
+        for x in (0.0, -0.25, 0.25)
+        for y in (0.0, -0.25, 0.25)
+    ]
+)
+"""... and at these poses about them [m, rad]."""
 
 RATE = 0.25
 """Share by which a new scan changes how well a place usually fits."""
@@ -138,7 +160,7 @@ class Hypotheses:
         if self._last and len(self.places):
             increment = se2.between(self._last[-1].odom_from_base, odom_from_base)
             moved = se2.compose(self.places.poses, increment)
-            self.places.add(self._weigh(moved, seen))
+            self.places.add(self._sought(moved, self._weigh(moved, seen), seen))
             self.places.log_share = self.places.log_share + self.places.recent[:, 0]
         self._last.append(seen)
         self._take_up(_apart_from(proposed, self.places.poses))
@@ -146,9 +168,15 @@ class Hypotheses:
         self._normalize()
 
     def support(self) -> NDArray[np.float64]:
-        """Return the mean evidence (n,) [nat] of what was new to see in the last scans."""
-        new = [CORRELATED * seen.novelty.sum() for seen in reversed(self._last)]
-        support: NDArray[np.float64] = self.places.recent[:, : len(new)].sum(axis=1) / sum(new)
+        """Return the mean evidence (n,) [nat] of a beam that saw something new of late.
+
+        The less there was that was new, the more counts how well all beams usually fit.
+        """
+        new = np.array([seen.novelty.sum() for seen in reversed(self._last)])
+        recent = self.places.recent[:, : len(new)].sum(axis=1) / CORRELATED
+        support: NDArray[np.float64] = (recent + USUAL_BEAMS * self.places.fit) / (
+            new.sum() + USUAL_BEAMS
+        )
         return support
 
     def fit_at(self, poses: NDArray[np.float64], beams: Beams) -> Weighed:
@@ -166,20 +194,38 @@ class Hypotheses:
         word = seen.witness(weighed.poses) * float(seen.novelty.mean()) / CORRELATED
         return replace(weighed, evidence=weighed.evidence + word)
 
+    def _sought(self, moved: NDArray[np.float64], weighed: Weighed, seen: Seen) -> Weighed:
+        """Look around the likeliest places where a scan fits much worse than usual.
+
+        Wheels slip: the right place may lie beyond what a pose is refined by.
+        """
+        is_poor = weighed.fit < self.places.fit - MISFIT
+        for index in np.nonzero(is_poor[:MOST_SOUGHT])[0]:
+            around = se2.compose(moved[index], AROUND)
+            found = self._weigh(around, seen)
+            best = int(np.argmax(found.fit))
+            if found.fit[best] > weighed.fit[index]:
+                for part in fields(weighed):
+                    getattr(weighed, part.name)[index] = getattr(found, part.name)[best]
+        return weighed
+
     def _take_up(self, poses: NDArray[np.float64]) -> None:
         """Follow new places (m, 3) of now, with the evidence of the last scans."""
         if not len(poses):
             return
-        history: list[Weighed] = []
-        now, at = self._last[-1].odom_from_base, poses
-        for seen in reversed(self._last):
+        first = self._weigh(poses, self._last[-1])
+        if len(self._last) > 1:
+            first = _best_of(first, MOST_NEW)
+        history = [first]
+        now, at = self._last[-1].odom_from_base, first.poses
+        for seen in list(reversed(self._last))[1:]:
             at = se2.compose(at, se2.between(now, seen.odom_from_base))
             history.append(self._weigh(at, seen))
             at, now = history[-1].poses, seen.odom_from_base
-        zeros = np.zeros(len(poses))
-        new = Places(poses, zeros, np.zeros((len(poses), KEPT_SCANS)), *[zeros] * 4)
-        first = history[-1]
-        new.met, new.through, new.fit = first.met, first.through, first.fit
+        zeros = np.zeros(len(first.poses))
+        new = Places(first.poses, zeros, np.zeros((len(zeros), KEPT_SCANS)), *[zeros] * 4)
+        oldest = history[-1]
+        new.met, new.through, new.fit = oldest.met, oldest.through, oldest.fit
         for weighed in reversed(history):
             new.add(weighed)
         new.log_share = self._share_of_new(new)
@@ -221,6 +267,12 @@ class Hypotheses:
         if len(share):
             share = np.maximum(share - share.max(), FLOOR)
             self.places.log_share = share - np.log(np.exp(share).sum())
+
+
+def _best_of(weighed: Weighed, most: int) -> Weighed:
+    """Return the `most` poses that a scan says most for."""
+    order = np.argsort(-weighed.evidence, kind="stable")[:most]
+    return Weighed(*(getattr(weighed, part.name)[order] for part in fields(weighed)))
 
 
 def _apart_from(proposed: NDArray[np.float64], poses: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -31,6 +31,9 @@ LEAST_BEAMS = 8
 FIRST_PLACES, MORE_PLACES = 300, 60
 """Summits of the belief that are taken up as places: of a new belief, and later."""
 
+SEARCHED_BELOW = 0.15
+"""If even the best place is supported less [nat a beam], new ones are looked for everywhere."""
+
 YOUNG = 3
 """Scans for which a belief is new."""
 
@@ -94,6 +97,13 @@ class Judge:
         fit = self._hypotheses.fit_at(expected[None], beams).fit[0]
         return bool(fit < min(0.0, self._hypotheses.places.fit[0] - WORSE))
 
+    @property
+    def is_searching(self) -> bool:
+        """Whether the robot may well be elsewhere than at all places that are followed."""
+        if self.estimate.state == "localized" or not len(self._hypotheses.places):
+            return False
+        return bool(self._hypotheses.support()[0] < SEARCHED_BELOW)
+
     def judge(
         self,
         odom_from_base: NDArray[np.float64],
@@ -132,7 +142,7 @@ class Judge:
         if surprise:
             self._hypotheses.forget()
             self._judged = 0
-        most = FIRST_PLACES if self._judged < YOUNG else MORE_PLACES
+        most = FIRST_PLACES if self._judged < YOUNG or self.is_searching else MORE_PLACES
         proposed = find_peaks(*states, most)
         if surprise:
             proposed = np.concatenate([proposed, self._expected(odom_from_base)[None]])

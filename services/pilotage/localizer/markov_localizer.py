@@ -221,7 +221,8 @@ class MarkovLocalizer:
         self, measurement: Measurement, increment: NDArray[np.float64], *, surprise: bool
     ) -> None:
         """Weigh the belief: Bel <- a P(s | l) P(b | l) (Bel + P0), eq. 8, 13 and 15."""
-        carried_off = surprise and self._recovery_weight > 0.0
+        anywhere = surprise or self._judge.is_searching
+        carried_off = anywhere and self._recovery_weight > 0.0
         weight = CARRIED_OFF if carried_off else self._recovery_weight
         # Few rangers see something else after a small turn, a laser the same from elsewhere.
         of_ranges = 1.0 if surprise else self._novelty(increment, self.params.update_turn)
