@@ -103,7 +103,8 @@ def sightings(seen: NDArray[np.float64], *, named: bool) -> Sightings:
 def run(folder: Path, robot: int, *, named: bool) -> Iterator[tuple[str, float, float]]:
     """The state and the error [m], [rad] at each picture with a post in it."""
     log = recording(folder, robot)
-    localizer = ParticleLocalizer(hall(), PARAMS, landmarks=posts(folder, named=named))
+    rng = np.random.default_rng(0)
+    localizer = ParticleLocalizer(hall(), PARAMS, rng, landmarks=posts(folder, named=named))
     for stamp in np.unique(log.sightings[:, 0]):
         odom = log.odometry[min(np.searchsorted(log.stamps, stamp), len(log.stamps) - 1)]
         seen = log.sightings[log.sightings[:, 0] == stamp]

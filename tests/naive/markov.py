@@ -40,7 +40,7 @@ def runs_of(mask: Mask, merged: int) -> list[tuple[int, int, int]]:
 
 
 def add_floor(belief: Array, mask: Mask, scale: float, floor: float, heading: Array) -> Array:
-    """Twin of `kernels.add_floor`: the prior of eq. 8 and eq. 12 in every state."""
+    """Twin of `kernels.weigh_prior`: the prior of eq. 8 and eq. 12 in every state."""
     prior = np.zeros(belief.shape)
     for k, row, col in np.ndindex(belief.shape):
         if mask[row, col]:
@@ -107,7 +107,7 @@ def entropy_bits(belief: Array) -> float:
 
 
 def shift_layer(layer: Array, up: int, right: int) -> Array:
-    """Twin of `kernels.shift_layer`."""
+    """Twin of `kernels.shift_layers`, for one layer."""
     moved = np.zeros(layer.shape)
     for row, col in np.ndindex(layer.shape):
         if 0 <= row + up < layer.shape[0] and 0 <= col + right < layer.shape[1]:
@@ -116,7 +116,7 @@ def shift_layer(layer: Array, up: int, right: int) -> Array:
 
 
 def spread_layer(layer: Array, share: float) -> Array:
-    """Twin of `kernels.spread_layer`: each cell gives; what would leave the grid stays."""
+    """Twin of `kernels.spread_layers`, for one layer; what would leave stays."""
     for axis in (0, 1):
         spread = (1.0 - 2.0 * share) * layer
         for cell in np.ndindex(layer.shape):

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from naive import markov as naive
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.localizer import kernels
-from pilotage.localizer.kernels import Admissible, Prior, Sight
+from pilotage.localizer.kernels import LANES, MOST_COST, Admissible, Echoes, Prior, Scan, Sight
 from pilotage.localizer.pose_grid import MERGED, PoseGridParams, pose_grid
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -40,8 +40,25 @@ class Case:
     def exact(self) -> np.ndarray:
         return self.belief.astype(np.float64)
 
+    @property
+    def no_prior(self) -> Prior:
+        return Prior(1.0, 0.0, np.ones(self.shape[0], np.float32))
+
+    @property
+    def box(self) -> np.ndarray:
+        """All of the floor."""
+        return np.array([0, self.shape[1], 0, self.shape[2]])
+
     def bytes_of(self, *shape: int) -> np.ndarray:
         return self.rng.integers(0, 256, shape).astype(np.uint8)
+
+
+def scan_of(beams: np.ndarray, costs: np.ndarray, likelihood: np.ndarray) -> Scan:
+    """Beams (headings, n, 3) of class, row and col in costs (classes, rows, cols)."""
+    _, height, width = costs.shape
+    starts = (beams[..., 0] * height + beams[..., 1]) * width + beams[..., 2]
+    flat = np.append(costs.ravel(), np.full(LANES, MOST_COST, np.uint8))
+    return Scan(starts.astype(np.uint64), flat, width, likelihood)
 
 
 def close(expected: np.ndarray, smallest: float = 1e-30) -> object:
@@ -55,6 +72,15 @@ def test_runs_hold_all_admissible_cells_and_no_long_gap(seed: int) -> None:
     assert not area.mask[~naive.covered(area.mask, area.runs)].any()
 
 
+@given(SEEDS)
+def test_gaps_are_what_the_runs_leave_out(seed: int) -> None:
+    area = Case(seed).admissible
+    in_runs, in_gaps = (naive.covered(area.mask, stretch) for stretch in (area.runs, area.gaps))
+    assert np.array_equal(in_gaps, ~in_runs)
+    lengths = np.diff(np.concatenate([area.runs, area.gaps])[:, 1:], axis=1)
+    assert lengths.sum() == area.mask.size
+
+
 @given(SEEDS, st.floats(0.0, 10.0), st.floats(0.0, 1.0))
 def test_floor_is_added_where_a_robot_may_stand(seed: int, scale: float, floor: float) -> None:
     case = Case(seed)
@@ -62,25 +88,26 @@ def test_floor_is_added_where_a_robot_may_stand(seed: int, scale: float, floor: 
     heading = case.rng.random(case.shape[0]).astype(np.float32)
     mask = case.admissible.mask
     expected = naive.add_floor(case.exact, mask, scale, floor, heading.astype(np.float64))
-    kernels.add_floor(case.belief, case.admissible, Prior(scale, floor, heading))
+    kernels.weigh_prior(case.belief, case.admissible, Prior(scale, floor, heading))
     assert case.belief == close(expected, 1e-36)
 
 
-@given(SEEDS, st.integers(0, 9))
+@given(SEEDS, st.integers(0, 20))
 def test_scan_weighs_each_state_by_the_costs_of_its_own_beams(seed: int, count: int) -> None:
     case = Case(seed)
     headings, rows, cols = case.shape
     margin, classes = 3, 2
-    costs = case.bytes_of(classes, rows + 2 * margin, cols + 2 * margin)
+    costs = case.bytes_of(classes, rows + 2 * margin, cols + 2 * margin) // 4
     beams = case.rng.integers(0, 2 * margin + 1, (headings, count, 3))
     beams[:, :, 0] %= classes
-    likelihood = case.rng.random(255 * count + 1).astype(np.float32)
+    likelihood = case.rng.random(MOST_COST * count + 1).astype(np.float32)
     expected = naive.weigh_scan(case.exact, case.admissible.mask, beams, costs, likelihood)
-    kernels.weigh_scan(case.belief, case.admissible, beams, costs, likelihood)
+    scan = scan_of(beams, costs, likelihood)
+    kernels.weigh_scan(case.belief, case.admissible, case.no_prior, scan)
     assert case.belief == close(expected)
 
 
-@given(SEEDS, st.integers(1, 5))
+@given(SEEDS, st.integers(1, 9))
 def test_ranges_weigh_each_state_by_what_it_should_measure(seed: int, count: int) -> None:
     case = Case(seed)
     headings, rows, cols = case.shape
@@ -89,8 +116,28 @@ def test_ranges_weigh_each_state_by_what_it_should_measure(seed: int, count: int
     likelihoods = case.rng.random((count, 256)).astype(np.float32)
     mask = case.admissible.mask
     expected = naive.weigh_ranges(case.exact, mask, directions, levels, likelihoods)
-    kernels.weigh_ranges(case.belief, case.admissible, directions, levels, likelihoods)
+    echoes = Echoes(directions, levels, likelihoods)
+    kernels.weigh_ranges(case.belief, case.admissible, case.no_prior, echoes)
     assert case.belief == close(expected)
+
+
+@given(SEEDS, st.floats(0.1, 10.0), st.floats(0.0, 1.0))
+def test_one_pass_does_what_prior_scan_and_sums_do_one_by_one(
+    seed: int, scale: float, floor: float
+) -> None:
+    case, apart = Case(seed), Case(seed)
+    headings, rows, cols = case.shape
+    costs = case.bytes_of(1, rows + 2, cols + 2) // 4
+    beams = np.ones((headings, 5, 3), np.int64) * [0, 1, 1]
+    scan = scan_of(beams, costs, np.exp(-0.01 * np.arange(5 * MOST_COST + 1)).astype(np.float32))
+    prior = Prior(scale, floor, case.rng.random(headings).astype(np.float32))
+    runs = kernels.weigh_scan(case.belief, case.admissible, prior, scan)
+    kernels.weigh_prior(apart.belief, apart.admissible, prior)
+    kernels.weigh_scan(apart.belief, apart.admissible, case.no_prior, scan)
+    assert case.belief == close(apart.exact)
+    mass, peak = naive.sum_runs(case.exact, case.admissible.runs)
+    assert runs.mass == close(mass)
+    assert np.array_equal(runs.peak, peak)
 
 
 @given(SEEDS, st.integers(1, 6), st.floats(0.0, 0.8))
@@ -103,8 +150,9 @@ def test_visibility_counts_beams_through_walls_and_passes_over_what_is_light(
     allowed = case.bytes_of(count)
     factors = np.sort(case.rng.random(count + 1).astype(np.float32))[::-1].copy()
     before = case.exact
-    sight = Sight(directions, allowed, np.float32(least))
-    kernels.weigh_visibility(case.belief, case.admissible, sight, levels, factors)
+    sight = Sight(directions, levels, allowed, factors, np.float32(least))
+    runs = kernels.sum_runs(case.belief, case.admissible)
+    kernels.weigh_visibility(case.belief, case.admissible, runs, sight)
     for state in np.ndindex(case.shape):
         through = naive.beams_through_walls(directions, allowed, levels, state)
         expected = before[state] * factors[through]
@@ -112,6 +160,9 @@ def test_visibility_counts_beams_through_walls_and_passes_over_what_is_light(
             assert case.belief[state] == close(expected)
         else:
             assert case.belief[state] == close(expected) or case.belief[state] == before[state]
+    mass, peak = naive.sum_runs(case.exact, case.admissible.runs)
+    assert runs.mass == close(mass)
+    assert np.array_equal(runs.peak, peak)
 
 
 @given(SEEDS)
@@ -149,18 +200,19 @@ def test_logarithms_give_the_entropy_in_bits(seed: int, exponent: int) -> None:
 
 @given(SEEDS, st.integers(-8, 8), st.integers(-60, 60))
 def test_shift_moves_a_layer_by_whole_cells(seed: int, up: int, right: int) -> None:
-    layer = Case(seed).belief[0]
-    expected = naive.shift_layer(layer.astype(np.float64), up, right)
-    kernels.shift_layer(layer, up, right)
-    assert np.array_equal(layer, expected)
+    case = Case(seed)
+    expected = np.array([naive.shift_layer(layer, up, right) for layer in case.exact])
+    cells = np.tile([up, right], (case.shape[0], 1))
+    kernels.shift_layers(case.belief, case.box, cells)
+    assert np.array_equal(case.belief, expected)
 
 
 @given(SEEDS, st.floats(0.0, 0.25))
 def test_spread_gives_each_neighbour_its_share(seed: int, share: float) -> None:
-    layer = Case(seed).belief[0]
-    expected = naive.spread_layer(layer.astype(np.float64), share)
-    kernels.spread_layer(layer, share)
-    assert layer == close(expected, 1e-7)
+    case = Case(seed)
+    expected = np.array([naive.spread_layer(layer, share) for layer in case.exact])
+    kernels.spread_layers(case.belief, case.box, share)
+    assert case.belief == close(expected, 1e-7)
 
 
 @given(SEEDS, st.floats(0.0, 0.25))
@@ -168,14 +220,30 @@ def test_headings_spread_to_the_places_where_their_neighbours_lie(seed: int, sha
     case = Case(seed)
     shifts = case.rng.integers(-2, 3, (case.shape[0], 2))
     expected = naive.spread_headings(case.exact, share, shifts)
-    kernels.spread_headings(case.belief, share, shifts)
+    kernels.spread_headings(case.belief, case.box, share, shifts)
     assert case.belief == close(expected, 1e-7)
+
+
+@given(SEEDS, st.integers(-2, 2), st.integers(-2, 2), st.floats(0.0, 0.25))
+def test_what_lies_well_inside_a_box_moves_as_if_there_were_none(
+    seed: int, up: int, right: int, share: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    belief = np.zeros((4, 20, 30), np.float32)
+    belief[:, 8:12, 9:20] = rng.random((4, 4, 11))
+    boxed, box, all_of_it = belief.copy(), np.array([2, 18, 3, 26]), np.array([0, 20, 0, 30])
+    cells, shifts = rng.integers(-2, 3, (4, 2)), np.array([[up, right]] * 4)
+    for layers, where in ((belief, all_of_it), (boxed, box)):
+        kernels.shift_layers(layers, where, cells)
+        kernels.spread_layers(layers, where, share)
+        kernels.spread_headings(layers, where, share, shifts)
+    assert np.array_equal(boxed, belief)
 
 
 @given(arrays(np.float32, (9, 11), elements=st.floats(0.0, 1.0, width=32)), st.floats(0.01, 0.25))
 def test_spread_conserves_mass(layer: np.ndarray, share: float) -> None:
     mass = layer.sum(dtype=np.float64)
-    kernels.spread_layer(layer, share)
+    kernels.spread_layers(layer[None], np.array([0, 9, 0, 11]), share)
     assert layer.sum(dtype=np.float64) == pytest.approx(mass, rel=1e-6, abs=1e-30)
 
 
@@ -184,7 +252,7 @@ def test_spread_adds_twice_its_share_of_variance_per_axis(share: float, times: i
     layer = np.zeros((21, 21), np.float32)
     layer[10, 10] = 1.0
     for _ in range(times):
-        kernels.spread_layer(layer, share)
+        kernels.spread_layers(layer[None], np.array([0, 21, 0, 21]), share)
     squared = (np.arange(21) - 10.0) ** 2
     for axis in (0, 1):
         variance = float(layer.sum(axis=1 - axis, dtype=np.float64) @ squared)
@@ -201,8 +269,9 @@ def test_spread_over_headings_conserves_mass_and_turns_alike_both_ways(
     mirrored = belief[::-1].copy()
     none = np.zeros((7, 2), np.int64)
     mass = belief.sum(dtype=np.float64)
-    kernels.spread_headings(belief, share, none)
-    kernels.spread_headings(mirrored, share, none)
+    box = np.array([0, 3, 0, 4])
+    kernels.spread_headings(belief, box, share, none)
+    kernels.spread_headings(mirrored, box, share, none)
     assert belief.sum(dtype=np.float64) == pytest.approx(mass, rel=1e-6)
     assert mirrored[::-1] == pytest.approx(belief, rel=1e-5)
 

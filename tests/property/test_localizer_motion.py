@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.core.grid import GridGeometry, OccupancyMap
-from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
+from pilotage.localizer.markov_grid import MarkovGrid
+from pilotage.localizer.motion_spread import MotionSpread
 from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
 
 STILL = MotionSpread(0.0, 0.0, 0.0, 0.0)
@@ -125,7 +126,7 @@ def test_way_adds_its_stated_variance_of_translation(per_root_m: float, steps: i
     variance = spatial_variance(belief)
     for _ in range(steps):
         belief.predict([0.1, 0.0, 0.0])
-    waiting = belief._variance_cells * CELL**2
+    waiting = belief._due.of_cells * CELL**2
     added = spatial_variance(belief) - variance + waiting
     assert added == pytest.approx(np.full(2, per_root_m**2 * 0.1 * steps), rel=2e-3, abs=1e-7)
 
@@ -136,7 +137,7 @@ def test_turning_adds_its_stated_variance_of_heading(per_root_rad: float, steps:
     variance = heading_variance(belief)
     for _ in range(steps):
         belief.predict([0.0, 0.0, 0.1])
-    waiting = belief._variance_headings * belief.grid.heading_step**2
+    waiting = belief._due.of_headings * belief.grid.heading_step**2
     added = heading_variance(belief) - variance + waiting
     assert added == pytest.approx(per_root_rad**2 * 0.1 * steps, rel=2e-3, abs=1e-6)
 

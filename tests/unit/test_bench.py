@@ -9,9 +9,9 @@ from pilotage.bench.entry import Entry, Size, Stopwatch
 from pilotage.bench.suite import ENTRIES, run_suite
 from pilotage.bench.walk import BEAMS, LASER_BEAMS, STEP, corridor_walk, increments
 from pilotage.core import se2
+from pilotage.core.distance_field import distance_to_walls
 from pilotage.core.grid import OccupancyMap
 from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
-from pilotage.localizer.refinement import matched_share, wall_distance
 from pilotage.robot.simulator.floor_plans import office_floor
 
 
@@ -99,13 +99,14 @@ def test_a_walk_turns_back_at_the_end_of_the_corridor() -> None:
 
 def test_scans_of_a_walk_fit_the_walls() -> None:
     world = office_block(10.0)
-    walls = wall_distance(world)
+    distance = distance_to_walls(world.is_wall, world.geometry.resolution)
     for sight in corridor_walk(world, (2.0, 8.0, 5.0), 5):
         assert sight.scan.ends is not None
         assert sight.scan.all_ends is not None
         assert len(sight.scan.ends) == BEAMS
         assert len(sight.scan.all_ends) <= LASER_BEAMS
-        assert matched_share(sight.pose, sight.scan.all_ends, walls) > 0.95
+        ends = se2.transform_points(sight.pose, sight.scan.all_ends)
+        assert np.mean(distance[tuple(world.geometry.cells_of(ends).T)] < 0.11) > 0.95
 
 
 def test_increments_lead_along_the_walk() -> None:

@@ -11,7 +11,7 @@ from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.experiments import symmetric_walk
 from pilotage.experiments.corridor_floor import MIDDLE, corridor_floor
 from pilotage.experiments.plots import mode_figure, walk_figure
-from pilotage.experiments.ranger_localizer import Place, RangerModel, survey
+from pilotage.experiments.ranger_localizer import Place, RangerLocalizer, RangerModel, survey
 from pilotage.experiments.ranger_robot import RobotParams, on_a_bin, random_goals
 from pilotage.experiments.symmetric_walk import (
     Route,
@@ -121,6 +121,7 @@ def test_a_square_room_holds_four_equal_modes_and_the_compass_one(
     assert without["modes"] == [4] * METRES
     assert without["equal_within_5_percent"]
     assert without["error_m"] < 2.0 * CELL
+    assert 0.0 <= without["mass_elsewhere"] < 0.02
     assert compass["modes"] == [1] * METRES
     assert compass["within_a_cell_and_a_bin"]
 
@@ -188,3 +189,12 @@ def test_the_plot_of_modes_has_every_mode(square: tuple[Place, Walk]) -> None:
 
 def test_a_metre_is_ten_steps() -> None:
     assert symmetric_walk.STEPS_PER_METRE == 10
+
+
+def test_a_place_that_holds_next_to_nothing_is_no_mode() -> None:
+    place = survey(room(2.0, 2.0), MODEL)
+    localizer = RangerLocalizer(place, MODEL, "m2", has_compass=True)
+    here, there = [0.5, 0.5, 0.0], [1.5, 1.5, 1.0]
+    for weights, count in (([0.995, 0.004], 1), ([0.9, 0.1], 2)):
+        localizer.grid.set_states(np.array([here, there]), np.array(weights))
+        assert len(localizer.modes()) == count

@@ -10,7 +10,8 @@ from naive import markov as naive
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.localizer.gaussian_start import gaussian_start
-from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
+from pilotage.localizer.markov_grid import MarkovGrid
+from pilotage.localizer.motion_spread import MotionSpread
 from pilotage.localizer.pose_grid import MERGED, PoseGrid, PoseGridParams, pose_grid
 
 STILL = MotionSpread(0.0, 0.0, 0.0, 0.0)
@@ -254,7 +255,7 @@ def test_measurements_that_exclude_everything_leave_an_empty_belief_that_m2_refi
 def test_entropy_is_that_of_the_naive_twin() -> None:
     belief = belief_on(ROOM)
     belief.belief[:] = np.random.default_rng(5).random(belief.belief.shape) ** 6
-    belief.belief *= 1e-6
+    belief.belief[:] *= 1e-6
     belief.settle()
     exact = naive.entropy_bits(belief.belief.astype(float))
     assert belief.entropy() == pytest.approx(exact, abs=2e-3)

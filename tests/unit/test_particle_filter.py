@@ -12,7 +12,7 @@ from pilotage.localizer.particle_belief import particle_belief
 from pilotage.localizer.particle_field import BeamModel, particle_field
 from pilotage.localizer.particle_filter import ParticleFilter
 from pilotage.localizer.particle_motion import predict, standard_deviations
-from pilotage.localizer.particle_recovery import FitMemory, RecoveryParams
+from pilotage.localizer.particle_recovery import FitMemory, RecoveryParams, share_after
 from pilotage.localizer.particle_resampling import (
     KldParams,
     bins_of,
@@ -113,16 +113,28 @@ def test_weights_sum_to_one_however_unlikely_everything_is(rng: np.random.Genera
         assert (some.weights >= 0.0).all()
 
 
-def test_resampling_keeps_the_mean_and_evens_the_weights(rng: np.random.Generator) -> None:
+def test_resampling_keeps_the_belief_and_evens_the_weights(rng: np.random.Generator) -> None:
     some = particles()
     some.set_uniform(1000, rng)
     some.weigh(-5.0 * np.abs(some.poses[:, 2]))
-    expected = some.weights @ some.poses[:, :2]
+    expected, effective = some.weights @ some.poses[:, :2], effective_number(some.weights)
     assert some.is_depleted
     some.resample(rng)
-    assert some.poses[:, :2].mean(axis=0) == pytest.approx(expected, abs=0.05)
-    assert some.weights == pytest.approx(1.0 / len(some.poses))
-    assert not some.is_depleted
+    assert some.weights.sum() == pytest.approx(1.0)
+    assert some.weights @ some.poses[:, :2] == pytest.approx(expected, abs=0.05)
+    assert effective_number(some.weights) > 1.5 * effective
+
+
+def test_a_place_of_little_mass_does_not_die_out_by_chance(rng: np.random.Generator) -> None:
+    some = particles()
+    some.poses = np.concatenate([np.zeros((500, 3)), np.full((500, 3), 2.0)])
+    some.weights = np.concatenate([np.full(500, 0.99 / 500), np.full(500, 0.01 / 500)])
+    masses = []
+    for _ in range(200):
+        some.resample(rng)
+        masses.append(float(some.weights[some.poses[:, 0] == 2.0].sum()))
+    assert min(masses) > 0.0
+    assert np.mean(masses) == pytest.approx(0.01, rel=0.5)
 
 
 def test_even_particles_are_not_drawn_anew(rng: np.random.Generator) -> None:
@@ -250,6 +262,27 @@ def test_no_recovery_without_a_long_memory() -> None:
     assert memory.share == 0.0
     with pytest.raises(ValueError, match="slow"):
         RecoveryParams(slow=0.5, fast=0.1)
+
+
+def test_bayes_decides_whether_the_robot_is_elsewhere() -> None:
+    assert share_after(0.5, -3.0, -3.0) == pytest.approx(0.5)
+    assert share_after(0.5, -1.0, -3.0) == pytest.approx(1.0 / (1.0 + np.exp(-2.0)))
+    assert share_after(0.1, -3.0, -3.0) == pytest.approx(0.1)
+    assert share_after(0.5, -5000.0, 0.0) == 0.0
+    assert share_after(0.5, 0.0, -5000.0) == pytest.approx(1.0)
+    assert share_after(0.0, 0.0, -50.0) == 0.0
+    assert share_after(1.0, -50.0, 0.0) == 1.0
+
+
+def test_weighing_tells_how_well_the_belief_foretold_the_measurement(
+    rng: np.random.Generator,
+) -> None:
+    some = particles()
+    some.set_uniform(4, rng)
+    assert some.weigh(np.full(4, -2.5)) == pytest.approx(-2.5)
+    halves = np.log([1.0, 1.0, 1e-12, 1e-12])
+    assert some.weigh(halves) == pytest.approx(np.log(0.5))
+    assert some.weigh(halves[::-1].copy()) < -20.0
 
 
 def test_a_symmetric_world_stays_symmetric() -> None:

@@ -27,6 +27,10 @@ QUICK = replace(
 QUICK = replace(QUICK, evidence=replace(QUICK.evidence, tables=PoseGridParams(0.1, 36)))
 
 
+def particles(params: ParticleParams = QUICK) -> ParticleLocalizer:
+    return ParticleLocalizer(WORLD, params, np.random.default_rng(0))
+
+
 class Walk:
     """A robot with exact odometry, whose every pose is measured."""
 
@@ -46,7 +50,7 @@ class Walk:
 
 @pytest.fixture
 def walk() -> Walk:
-    return Walk(ParticleLocalizer(WORLD, QUICK), START)
+    return Walk(particles(), START)
 
 
 def is_right(estimate: Estimate, pose: np.ndarray) -> bool:
@@ -62,7 +66,7 @@ def found(walk: Walk) -> Walk:
 
 
 def test_it_offers_what_every_method_offers() -> None:
-    method: LocalizationMethod = ParticleLocalizer(WORLD, QUICK)
+    method: LocalizationMethod = particles()
     assert method.name == "mcl"
     assert method.params.beams == 60
     assert method.estimate.state == "unknown"
@@ -86,7 +90,7 @@ def test_fewer_particles_follow_than_search(walk: Walk) -> None:
 
 
 def test_a_known_start_is_believed_but_has_to_be_earned() -> None:
-    localizer = ParticleLocalizer(WORLD, QUICK)
+    localizer = particles()
     localizer.start_at(START, NARROW)
     assert localizer.estimate.state == "unknown"
     assert is_right(localizer.estimate, np.array(START))
@@ -105,7 +109,7 @@ def test_a_start_in_a_wall_is_refused_and_changes_nothing(walk: Walk) -> None:
 def carried_off(walk: Walk) -> list[tuple[str, bool]]:
     """State and rightness of the estimates after a robot has been carried to ELSEWHERE."""
     walk.pose = np.array(ELSEWHERE)
-    told = []
+    told: list[tuple[str, bool]] = []
     for _ in range(14):
         estimate = walk.go((0.1, 0.0, 0.1))
         told.append((estimate.state, is_right(estimate, walk.pose)))
@@ -126,7 +130,7 @@ def test_without_recovery_a_kidnapped_robot_stays_lost(walk: Walk) -> None:
 
 def test_amcls_memories_of_zero_mean_no_recovery_but_by_surprise() -> None:
     params = replace(QUICK, recovery=RecoveryParams(slow=0.0, fast=0.0, surprised=0.0))
-    walk = Walk(ParticleLocalizer(WORLD, params), START)
+    walk = Walk(particles(params), START)
     assert not any(right for _, right in carried_off(found(walk)))
 
 
@@ -156,7 +160,7 @@ def test_a_robot_resumes_where_it_was(walk: Walk) -> None:
     memory = found(walk).localizer.remember()
     assert memory is not None
     assert memory.was_localized
-    again = ParticleLocalizer(WORLD, QUICK)
+    again = particles()
     again.resume(memory)
     assert is_right(again.estimate, walk.pose)
     walk.localizer = again
@@ -171,12 +175,12 @@ def test_forgetting_begins_anew(walk: Walk) -> None:
 
 
 def test_the_same_seed_gives_the_same_estimates() -> None:
-    one, other = (found(Walk(ParticleLocalizer(WORLD, QUICK), START)) for _ in range(2))
+    one, other = (found(Walk(particles(), START)) for _ in range(2))
     assert (one.localizer.estimate.pose == other.localizer.estimate.pose).all()
 
 
 def test_few_rangers_and_a_compass_find_a_robot_too() -> None:
-    localizer = ParticleLocalizer(WORLD, QUICK)
+    localizer = particles()
     directions = np.linspace(-np.pi, np.pi, 8, endpoint=False)
     mounts = np.column_stack([np.zeros((8, 2)), directions]).astype(np.float32)
     odom, steps = np.zeros(3), [(0.0, 0.0, 0.0), *ROUND]

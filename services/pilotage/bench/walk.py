@@ -57,7 +57,7 @@ def _scan(world: OccupancyMap, pose: NDArray[np.float64], rng: np.random.Generat
     ranges = cast_scan(world, pose, bearings, LASER_REACH)
     noisy = (ranges + LASER_SIGMA * rng.standard_normal(LASER_BEAMS)).astype(np.float32)
     angles = float(bearings[0]), float(bearings[1] - bearings[0])
-    return scan_measurement(noisy, angles, np.zeros(3), BEAMS)
+    return scan_measurement(noisy, angles, np.zeros(3), BEAMS, LASER_REACH)
 
 
 def increments(walk: list[Sight]) -> list[NDArray[np.float64]]:

@@ -13,6 +13,8 @@ WARM_UPS = [
     "pilotage.localizer.kernels:warm_up",
     "pilotage.localizer.particle_kernels:warm_up",
     "pilotage.localizer.landmark_kernels:warm_up",
+    "pilotage.localizer.evidence_kernels:warm_up",
+    "pilotage.localizer.peaks:warm_up",
 ]
 """`module:function`, by name because core lies below the services and may not import them."""
 

@@ -28,6 +28,13 @@ CELL, HEADINGS = 0.10, 72
 SAMPLES = 20_000
 """States that the modes are looked for in."""
 
+FAINT = 0.01
+"""Share of the belief below which a place is no mode here.
+
+With the paper's floor every reading speaks to all states anew, and a place that one reading fits by
+chance gets some thousandths until the next.
+"""
+
 
 @dataclass(frozen=True)
 class RangerModel:
@@ -88,8 +95,9 @@ class RangerLocalizer:
         self.grid.settle()
 
     def modes(self) -> list[Mode]:
-        """Return the most probable places, by falling mass."""
-        return find_modes(*self.grid.heaviest(SAMPLES))
+        """Return the most probable places, by falling mass; none if the belief has died out."""
+        found = find_modes(*self.grid.heaviest(SAMPLES))
+        return [mode for mode in found if mode.mass >= FAINT] or found[:1]
 
     def share_near(self, pose: NDArray[np.float64]) -> float:
         """Return the share of the belief within 0.5 m and 15 degrees of a pose (3,)."""

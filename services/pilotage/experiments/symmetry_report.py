@@ -37,6 +37,7 @@ def _measured(shown: list[Shown], symmetry: Symmetry) -> dict[str, object]:
         "mass_spread": max(spreads),
         "equal_within_5_percent": max(spreads) <= EQUAL,
         "within_a_cell_and_a_bin": all(distance <= CELL and turn <= TURN for distance, turn in off),
+        "mass_elsewhere": max(1.0 - sum(mode.mass for mode in place.modes) for place in shown),
         "error_m": max(distance for distance, _ in off),
         "error_rad": max(turn for _, turn in off),
         "errors_m": [distance for distance, _ in off],

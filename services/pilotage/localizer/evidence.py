@@ -105,8 +105,14 @@ def weigh(
 
 def _scales(cell: float) -> Scales:
     """Return the scales in cells of `cell` m."""
-    lengths = TOLERANCE, max(BESIDE, cell), PULL, MOST_MOVED
-    return Scales(END_LIMITS / cell, *(length / cell for length in lengths), MOST_TURNED)
+    return Scales(
+        limits=END_LIMITS / cell,
+        tolerance=TOLERANCE / cell,
+        beside=max(BESIDE, cell) / cell,
+        pull=PULL / cell,
+        moved=MOST_MOVED / cell,
+        turned=MOST_TURNED,
+    )
 
 
 def _in_cells(beams: Beams, novelty: NDArray[np.float64], cell: float) -> Scan:

@@ -236,16 +236,16 @@ class Hypotheses:
 
         What was seen before the kept scans speaks for the old places only.
         """
+        share: NDArray[np.float64] = new.recent.sum(axis=1)
         if not len(self.places):
-            return new.recent.sum(axis=1)
+            return share
         best = int(np.argmax(self.places.log_share))
         count = min(len(self._last), int(self.places.scans[best]))
-        ahead = new.recent[:, :count].sum(axis=1) - self.places.recent[best, :count].sum()
-        before = self.places.log_share[best]
+        recent: NDArray[np.float64] = new.recent[:, :count].sum(axis=1)
+        before = float(self.places.log_share[best] - self.places.recent[best, :count].sum())
         if self.places.scans[best] > len(self._last):
             before += LATE
-        share: NDArray[np.float64] = before + ahead
-        return share
+        return before + recent
 
     def _thin_out(self) -> None:
         """Order the places by probability; drop the hopeless and what has become one."""
@@ -278,7 +278,8 @@ def _best_of(weighed: Weighed, most: int) -> Weighed:
 def _apart_from(proposed: NDArray[np.float64], poses: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the proposed poses (k, 3) that are none of `poses` (n, 3)."""
     known = [bool(_near(poses, pose, SAME_WAY, SAME_TURN).any()) for pose in proposed]
-    return proposed[~np.array(known, bool)]
+    apart: NDArray[np.float64] = proposed[~np.array(known, bool)]
+    return apart
 
 
 def _near(

@@ -279,5 +279,6 @@ def _spread_about(
     away = poses[near] - pose
     away[:, 2] = wrap(away[:, 2])
     share = weights[near] / weights[near].sum()
-    covariance: NDArray[np.float64] = (away * share[:, None]).T @ away
-    return covariance + np.diag([0.03, 0.03, 0.025]) ** 2
+    width = np.diag([0.03, 0.03, 0.025]) ** 2
+    covariance: NDArray[np.float64] = (away * share[:, None]).T @ away + width
+    return covariance

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
+from pilotage.core.grid import GridGeometry
 from pilotage.localizer import kernels
 from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.focus import Focus, FocusParams
@@ -59,6 +60,11 @@ class MarkovGrid:
         self._is_summed = False
         self._recovery_weight = 0.0
         self.set_uniform()
+
+    @property
+    def geometry(self) -> GridGeometry:
+        """The cells of each layer."""
+        return self.grid.geometry
 
     @property
     def belief(self) -> NDArray[np.float32]:
@@ -120,6 +126,7 @@ class MarkovGrid:
         """Move the belief by odometry's `increment` (3,): the new base seen from the old one."""
         dx, dy, turn = (float(value) for value in np.asarray(increment, float))
         self._begin()
+        self._narrow()
         self._shift(self._layers.move(dx, dy, turn))
         self._due.add(float(np.hypot(dx, dy)), abs(turn))
         self._spread(self._due.take_cells(), self._due.take_headings())
@@ -184,9 +191,9 @@ class MarkovGrid:
         """
         directions = self._layers.directions_of(bearings, len(table.levels))
         echoes = Echoes(directions, table.levels, likelihoods)
-        prior = self._take_prior()
+        prior, of_rest = self._take_prior()
         if not self._focus.rest.is_empty:
-            self._focus.rest.begin(prior)
+            self._focus.rest.begin(of_rest)
         self._summed(kernels.weigh_ranges(self._belief, self.area, prior, echoes))
 
     def settle(self) -> None:
@@ -196,8 +203,6 @@ class MarkovGrid:
         total = float(self.runs.mass.sum()) + self._focus.rest.mass
         # Of less than this, 1 / total would overflow float32 and turn the belief into NaN.
         self.total = total if total > np.finfo(np.float32).tiny else 0.0
-        if self._may_narrow() and self._focus.narrow(self._belief, self.total):
-            self._summed(kernels.sum_runs(self._belief, self.area))
 
     def poses_of(self, states: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the poses (n, 3) in the map frame of states (n, 3) as heading, row, col."""
@@ -289,24 +294,28 @@ class MarkovGrid:
     ) -> None:
         ends = self._layers.cells_of_ends(ends_base)
         scan = field.scan(np.hypot(*ends_base.T), ends, tempering)
-        prior, rest = self._take_prior(), self._focus.rest
+        rest = self._focus.rest
+        prior, of_rest = self._take_prior()
         self._summed(kernels.weigh_scan(self._belief, self.area, prior, scan))
         if not rest.is_empty:
-            rest.weigh(prior, field.coarse_scan(scan, rest.tiles.phases))
+            rest.weigh(of_rest, field.coarse_scan(scan, rest.tiles.phases))
             if self._focus.wake(self._belief, scan, float(self.runs.mass.sum())):
                 self._summed(kernels.sum_runs(self._belief, self.area))
 
-    def _take_prior(self) -> Prior:
-        """Return what the belief still has to be turned into before it is weighed."""
+    def _take_prior(self) -> tuple[Prior, Prior]:
+        """Return what belief and rest still have to be turned into before they are weighed.
+
+        A rest takes all of the floor, so that what is empty in the boxes stays empty.
+        """
         prior, self._prior = self._prior or self._unchanged, None
-        return prior
+        return (prior if self._focus.rest.is_empty else prior._replace(floor=0.0)), prior
 
     def _begin(self) -> None:
         """Turn the belief into its prior, if that has not been done yet."""
         if self._prior is not None:
-            prior = self._take_prior()
+            prior, of_rest = self._take_prior()
             if not self._focus.rest.is_empty:
-                self._focus.rest.begin(prior)
+                self._focus.rest.begin(of_rest)
             self._summed(kernels.weigh_prior(self._belief, self.area, prior))
 
     def _summed(self, runs: Runs) -> None:
@@ -316,8 +325,10 @@ class MarkovGrid:
         if not self._is_summed:
             self._summed(kernels.sum_runs(self._belief, self.area))
 
-    def _may_narrow(self) -> bool:
-        return self._focus.allows(self._recovery_weight) and self.total > 0.0
+    def _narrow(self) -> None:
+        """Work on no more than is worth it from now on."""
+        if self._is_summed and self.total > 0.0 and self._focus.allows(self._recovery_weight):
+            self._focus.narrow(self._belief, self.runs, self.total)
 
     def _shift(self, cells: NDArray[np.int64]) -> None:
         """Move the states by whole rows and cols (headings, 2)."""

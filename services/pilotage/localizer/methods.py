@@ -57,7 +57,7 @@ METHODS: dict[str, Make] = {
         world, setup.markov, sight, setup.landmarks
     ),
     "mcl": lambda world, setup, rng, sight: ParticleLocalizer(
-        world, setup.particles, sight, setup.landmarks, rng
+        world, setup.particles, rng, sight, setup.landmarks
     ),
 }
 

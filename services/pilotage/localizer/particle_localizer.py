@@ -1,6 +1,6 @@
 """Monte Carlo localization with a verdict: the same offer as MarkovLocalizer, by particles.
 
-Pure but for its own random generator: stamps come with the measurements, poses with odometry.
+Pure: chance is an argument, stamps come with the measurements, poses with odometry.
 """
 
 from dataclasses import dataclass, field, replace
@@ -79,13 +79,13 @@ class ParticleLocalizer:
         self,
         world: OccupancyMap,
         params: ParticleParams,
+        rng: np.random.Generator,
         sight: RangeTable | None = None,
         landmarks: LandmarkMap | None = None,
-        rng: np.random.Generator | None = None,
     ) -> None:
         self.params = params
         self.world = world
-        self._rng = rng or np.random.default_rng(0)
+        self._rng = rng
         self._free = free_space(world)
         self._evidence = ParticleEvidence(world, params.evidence, sight, landmarks)
         self._search = ParticleSearch(self._free, self._evidence, params.search)

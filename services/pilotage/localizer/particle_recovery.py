@@ -2,9 +2,14 @@
 
 A robot that was carried off sees what fits none of its particles. So the fit of the measurements
 is remembered over a short and over a long time; the share by which the short memory falls below
-the long one is the share of particles that are drawn anew.
+the long one is how much one should reckon, before the measurement, with being elsewhere.
+
+The book gives so large a share to poses drawn anew, whatever they are worth. Here Bayes decides:
+the share counts as a prior, and what the measurement says of any place against what it says of the
+particles makes it the share after. That is the paper's M2 (Wu & Bell 2003, eq. 8), sampled.
 """
 
+import math
 from dataclasses import dataclass, field
 
 FEW = 10
@@ -16,8 +21,8 @@ class RecoveryParams:
     """Parameters of the recovery.
 
     `slow`, `fast`: share of a new measurement in either memory (AMCL: recovery_alpha_slow and
-    recovery_alpha_fast); zero is no recovery. `surprised`: share drawn anew when a measurement
-    contradicts a localized robot's pose. `most`: particles that are drawn anew at the most.
+    recovery_alpha_fast); zero is no recovery. `surprised`: prior share of being elsewhere when a
+    measurement contradicts a localized robot's pose. `most`: particles drawn anew for a share of 1.
     """
 
     slow: float = 0.05
@@ -49,7 +54,7 @@ class FitMemory:
 
     @property
     def share(self) -> float:
-        """Return the share of particles to be drawn anew, in [0, 1)."""
+        """Return the prior share of being elsewhere, in [0, 1)."""
         if self.slow is None or self.fast is None or self.params.slow == 0.0:
             return 0.0
         return max(0.0, 1.0 - self.fast / self.slow)
@@ -57,3 +62,17 @@ class FitMemory:
     def forget(self) -> None:
         """Begin anew."""
         self.slow = self.fast = None
+
+
+def share_after(prior: float, log_elsewhere: float, log_here: float) -> float:
+    """Return the share of being elsewhere after a measurement (Bayes).
+
+    Args:
+        prior: share before it, in [0, 1].
+        log_elsewhere: logarithm of the measurement's mean likelihood over all free space.
+        log_here: the same, over what was believed.
+    """
+    if prior in (0.0, 1.0):
+        return prior
+    odds = math.log(prior / (1.0 - prior)) + log_elsewhere - log_here
+    return 1.0 / (1.0 + math.exp(-odds)) if odds > -700.0 else 0.0

@@ -35,10 +35,14 @@ class SearchParams:
 
 @dataclass(frozen=True)
 class Finds:
-    """Poses (n, 3), and weights (n,) that sum to one."""
+    """Poses (n, 3), and weights (n,) that sum to one.
+
+    `log_mean`: logarithm of the mean likelihood of all poses in free space.
+    """
 
     poses: NDArray[np.float64]
     weights: NDArray[np.float64]
+    log_mean: float
 
     def drawn(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """Return `count` poses, by weight."""
@@ -61,9 +65,12 @@ class ParticleSearch:
         candidates = self.free.draw(max(1, round(share * self.params.candidates)), rng)
         coarse = self.evidence.weigh_coarsely(candidates, seen, novelty)
         kept = max(1, round(share * self.params.kept))
-        poses = self._shaken(candidates[draw(_weights(coarse), kept, rng)], rng)
+        weights, coarse_mean = _normalised(coarse)
+        poses = self._shaken(candidates[draw(weights, kept, rng)], rng)
         fine = self.evidence.weigh(poses, seen, novelty).logs
-        return Finds(poses, _weights(fine - self.evidence.weigh_coarsely(poses, seen, novelty)))
+        ratio = fine - self.evidence.weigh_coarsely(poses, seen, novelty)
+        weights, ratio_mean = _normalised(ratio)
+        return Finds(poses, weights, coarse_mean + ratio_mean)
 
     def _shaken(self, poses: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
         """Return poses (n, 3) moved at random, but never out of free space."""
@@ -72,8 +79,9 @@ class ParticleSearch:
         return np.where(self.free.holds(moved)[:, None], moved, poses)
 
 
-def _weights(logs: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return weights (n,) that sum to one."""
-    weights = np.exp(logs - logs.max())
-    normalised: NDArray[np.float64] = weights / weights.sum()
-    return normalised
+def _normalised(logs: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Return weights (n,) that sum to one, and the logarithm of their mean before."""
+    best = float(logs.max())
+    weights = np.exp(logs - best)
+    mean = float(weights.mean())
+    return weights / (mean * len(weights)), best + float(np.log(mean))

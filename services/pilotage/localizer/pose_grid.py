@@ -30,12 +30,22 @@ class PoseGridParams:
 
 @dataclass(frozen=True)
 class PoseGrid:
-    """The state space over a map: `geometry` of a layer, `headings` layers, where states exist."""
+    """The state space over a map: `geometry` of a layer, `headings` layers, where states exist.
+
+    `asked_resolution`: the cell size [m] that map and parameters ask for; if it is smaller than
+    the geometry's, memory did not allow it (`is_coarsened`).
+    """
 
     world: OccupancyMap
     geometry: GridGeometry
     headings: int
     admissible: Admissible
+    asked_resolution: float
+
+    @property
+    def is_coarsened(self) -> bool:
+        """Whether the cells are coarser than asked for, because of `most_states`."""
+        return self.geometry.resolution > self.asked_resolution
 
     @property
     def heading_step(self) -> float:
@@ -55,11 +65,14 @@ class PoseGrid:
 
 def pose_grid(world: OccupancyMap, params: PoseGridParams) -> PoseGrid:
     """Return the state space over a map; ValueError if the map has no free cell."""
-    cells = resample(world, _resolution(world, params))
+    if not world.is_free.any():
+        raise ValueError("the map has no free cell: a robot can be nowhere on it")
+    asked = max(params.resolution, world.geometry.resolution)
+    cells = resample(world, max(asked, _least_resolution(world, params)))
     if not cells.is_free.any():
         raise ValueError("the map has no free cell: a robot can be nowhere on it")
     geometry, is_free = _cropped(cells)
-    return PoseGrid(world, geometry, params.headings, _admissible(is_free))
+    return PoseGrid(world, geometry, params.headings, _admissible(is_free), asked)
 
 
 def _cropped(cells: OccupancyMap) -> tuple[GridGeometry, NDArray[np.bool_]]:
@@ -74,11 +87,12 @@ def _cropped(cells: OccupancyMap) -> tuple[GridGeometry, NDArray[np.bool_]]:
     return geometry, np.ascontiguousarray(inside)
 
 
-def _resolution(world: OccupancyMap, params: PoseGridParams) -> float:
-    """Return the cell size: as asked, but not finer than the map nor than memory allows."""
-    width, height = world.geometry.size_m
-    least = np.sqrt(width * height * params.headings / params.most_states)
-    return float(max(params.resolution, world.geometry.resolution, least))
+def _least_resolution(world: OccupancyMap, params: PoseGridParams) -> float:
+    """Return the finest cell size [m] of which `most_states` cover the part that is free."""
+    rows, cols = (np.nonzero(world.is_free.any(axis=axis))[0] for axis in (1, 0))
+    cells = float(np.ptp(rows) + 1) * float(np.ptp(cols) + 1)
+    states = cells * params.headings
+    return world.geometry.resolution * float(np.sqrt(states / params.most_states))
 
 
 def _admissible(is_free: NDArray[np.bool_]) -> Admissible:
@@ -90,4 +104,17 @@ def _admissible(is_free: NDArray[np.bool_]) -> Admissible:
         parted = starts[1:] - ends[:-1] >= MERGED
         firsts, lasts = starts[np.append(True, parted)], ends[np.append(parted, True)]
         runs.extend((int(row), int(a), int(b)) for a, b in zip(firsts, lasts, strict=True))
-    return Admissible(is_free.astype(np.float32), np.array(runs, np.int64))
+    return Admissible(
+        is_free.astype(np.float32), np.array(runs, np.int64), _gaps(runs, is_free.shape)
+    )
+
+
+def _gaps(runs: list[tuple[int, int, int]], shape: tuple[int, ...]) -> NDArray[np.int64]:
+    """Return the stretches (n, 3) of the rows that lie in no run."""
+    rows, cols = shape
+    gaps, end = [], [0] * rows
+    for row, first, last in runs:
+        gaps.append((row, end[row], first))
+        end[row] = last
+    gaps.extend((row, end[row], cols) for row in range(rows))
+    return np.array(sorted(gap for gap in gaps if gap[1] < gap[2]), np.int64).reshape(-1, 3)

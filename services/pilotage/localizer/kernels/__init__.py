@@ -6,33 +6,65 @@ tests/naive/markov.py.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pilotage.localizer.kernels.areas import Admissible
-from pilotage.localizer.kernels.moving import shift_layer, spread_headings, spread_layer
-from pilotage.localizer.kernels.summing import Runs, sum_headings, sum_logarithms, sum_runs
+from pilotage.localizer.kernels.areas import Admissible, Prior, Runs
+from pilotage.localizer.kernels.costs import LANES, MOST_COST, Scan
+from pilotage.localizer.kernels.moving import shift_layers, spread_headings, spread_layers
+from pilotage.localizer.kernels.resting import (
+    SIDE,
+    Tiles,
+    best_fits,
+    boxes_of,
+    limit_of,
+    open_tiles,
+    retire,
+    spread_tile_headings,
+    spread_tiles,
+    sum_tiles,
+    wake_tiles,
+    weigh_tiles,
+)
+from pilotage.localizer.kernels.summing import sum_headings, sum_logarithms, sum_runs
 from pilotage.localizer.kernels.weighing import (
-    Prior,
+    Echoes,
     Sight,
-    add_floor,
+    weigh_prior,
     weigh_ranges,
     weigh_scan,
     weigh_visibility,
 )
 
 __all__ = [
+    "LANES",
+    "MOST_COST",
+    "SIDE",
     "Admissible",
+    "Echoes",
     "Prior",
     "Runs",
+    "Scan",
     "Sight",
-    "add_floor",
-    "shift_layer",
+    "Tiles",
+    "best_fits",
+    "boxes_of",
+    "limit_of",
+    "open_tiles",
+    "retire",
+    "shift_layers",
     "spread_headings",
-    "spread_layer",
+    "spread_layers",
+    "spread_tile_headings",
+    "spread_tiles",
     "sum_headings",
     "sum_logarithms",
     "sum_runs",
+    "sum_tiles",
+    "wake_tiles",
+    "weigh_prior",
     "weigh_ranges",
     "weigh_scan",
+    "weigh_tiles",
     "weigh_visibility",
 ]
 
@@ -41,17 +73,46 @@ def warm_up() -> None:
     """Compile every kernel for the types it meets in service."""
     belief = np.ones((2, 3, 3), np.float32)
     area = Admissible(np.ones((3, 3), np.float32), np.array([[0, 0, 3], [2, 0, 3]]))
-    tables = np.zeros((2, 3, 3), np.uint8)
-    pair = np.zeros((2, 5, 3), np.int64)
-    ones = np.ones(5 * 255 + 1, np.float32)
-    add_floor(belief, area, Prior(1.0, 0.0, np.ones(2, np.float32)))
-    weigh_scan(belief, area, pair, tables, ones)
-    sight = Sight(np.zeros((2, 1), np.int64), np.zeros(1, np.uint8), np.float32(0.0))
-    weigh_visibility(belief, area, sight, tables, ones)
-    weigh_ranges(belief, area, np.zeros((2, 1), np.int64), tables, np.ones((1, 256), np.float32))
+    prior = Prior(1.0, 0.0, np.ones(2, np.float32))
+    _warm_up_weighing(belief, area, prior)
     runs = sum_runs(belief, area)
     sum_headings(belief, area, runs.mass, 0.0)
     sum_logarithms(belief, belief.view(np.int32), area, runs.mass)
-    shift_layer(belief[0], 1, 1)
-    spread_layer(belief[0], 0.1)
-    spread_headings(belief, 0.1, np.zeros((2, 2), np.int64))
+    box = np.array([0, 3, 0, 3])
+    shift_layers(belief, box, np.ones((2, 2), np.int64))
+    spread_layers(belief, box, 0.1)
+    spread_headings(belief, box, 0.1, np.zeros((2, 2), np.int64))
+    _warm_up_resting(belief, area, prior)
+
+
+def _scan() -> Scan:
+    """A scan of one beam that ends nowhere, wherever it is looked up."""
+    starts = np.zeros((2, 1), np.uint64)
+    costs = np.zeros(4096 + LANES, np.uint8)
+    return Scan(starts, costs, 4, np.ones(MOST_COST + 1, np.float32))
+
+
+def _warm_up_weighing(belief: NDArray[np.float32], area: Admissible, prior: Prior) -> None:
+    levels, directions = np.zeros((2, 3, 3), np.uint8), np.zeros((2, 1), np.int64)
+    runs = weigh_prior(belief, area, prior)
+    weigh_scan(belief, area, prior, _scan())
+    weigh_ranges(belief, area, prior, Echoes(directions, levels, np.ones((1, 256), np.float32)))
+    allowed, likelihood = np.zeros(1, np.uint8), np.ones(2, np.float32)
+    sight = Sight(directions, levels, allowed, likelihood, np.float32(0.0))
+    weigh_visibility(belief, area, runs, sight)
+
+
+def _warm_up_resting(belief: NDArray[np.float32], area: Admissible, prior: Prior) -> None:
+    counts = np.ones((SIDE, SIDE, 2, 2), np.float32)
+    mass, peak = np.ones((2, 2, 2), np.float32), np.ones((2, 2, 2), np.float32)
+    tiles = Tiles(mass, peak, np.zeros((2, 2), np.int64), counts)
+    boxes, chosen = np.array([[0, 3, 0, 3]]), np.array([[0, 1, 1]])
+    weigh_tiles(tiles, prior, _scan(), np.ones((2, 2, 2), np.float32))
+    limit_of(tiles.mass, 1.0)
+    best_fits(tiles, chosen, area.mask, _scan())
+    wake_tiles(belief, tiles, chosen, area.mask, _scan())
+    sum_tiles(belief, boxes, tiles.phases, mass)
+    boxes_of(retire(belief, boxes, tiles, mass, 0.0))
+    open_tiles(belief, tiles, area.mask)
+    spread_tiles(tiles, 0.1)
+    spread_tile_headings(tiles, 0.1, np.zeros((2, 2), np.int64))

@@ -1,24 +1,15 @@
 """Passes that sum the belief up."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel, reduction
-from pilotage.localizer.kernels.areas import Admissible
+from pilotage.localizer.kernels.areas import Admissible, Runs
 
 Belief = NDArray[np.float32]
 """(headings, rows, cols), one layer per heading."""
 
 LOG_FIT_0, LOG_FIT_1, LOG_FIT_2 = np.float32(0.438073), np.float32(-0.236693), np.float32(0.080307)
-
-
-class Runs(NamedTuple):
-    """Sum and maximum (headings, runs) of each run of the belief after a measurement."""
-
-    mass: NDArray[np.float64]
-    peak: NDArray[np.float32]
 
 
 @kernel

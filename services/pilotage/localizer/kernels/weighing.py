@@ -1,4 +1,7 @@
-"""Passes that weigh the belief by what was measured."""
+"""Passes that weigh the belief by what was measured.
+
+Each reads and writes the belief once: prior, likelihood and the sums of the result in one pass.
+"""
 
 from typing import NamedTuple
 
@@ -6,211 +9,143 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel, reduction
-from pilotage.localizer.kernels.areas import Admissible
+from pilotage.localizer.kernels.areas import Admissible, Prior, Runs
+from pilotage.localizer.kernels.costs import Scan, padded, sum_costs
 
 Belief = NDArray[np.float32]
 """(headings, rows, cols), one layer per heading."""
 
+Levels = NDArray[np.uint8]
+Four = tuple[Levels, Levels, Levels, Levels]
 
-class Prior(NamedTuple):
-    """What a state weighs before the measurement: belief * `scale` + `floor`, times `heading`.
+PIECE = 64
+"""Columns that are looked at or passed over together."""
 
-    `heading` (headings,) is the compass's likelihood of each layer. `floor` is the paper's P0
-    times the recovery weight (eq. 8); 0 gives M1.
+
+class Echoes(NamedTuple):
+    """Single ranges, ready to be looked up.
+
+    `directions`: (headings, n) layer of `levels` that each beam points along. `levels`: (table
+    headings, rows, cols), see range_model. `likelihoods`: (n, 256) by expected level.
     """
 
-    scale: float
-    floor: float
-    heading: NDArray[np.float32]
+    directions: NDArray[np.int64]
+    levels: NDArray[np.uint8]
+    likelihoods: NDArray[np.float32]
 
 
 class Sight(NamedTuple):
     """Beams that must not go through walls.
 
-    `directions`: (headings, n) layer of the range table that each points along; `allowed`: (n,)
-    level that the expected range must have at least; `least`: states below do not matter.
+    `directions`: (headings, n) layer of `levels` that each points along; `levels`: (table
+    headings, rows, cols) optimistic expected ranges; `allowed`: (n,) level that the expected
+    range must have at least; `likelihood`: (n + 1,) by number of beams that go through a wall;
+    `least`: states below do not matter.
     """
 
     directions: NDArray[np.int64]
+    levels: NDArray[np.uint8]
     allowed: NDArray[np.uint8]
+    likelihood: NDArray[np.float32]
     least: np.float32
 
 
 @kernel
-def add_floor(belief: Belief, admissible: Admissible, prior: Prior) -> None:
+def weigh_prior(belief: Belief, area: Admissible, prior: Prior) -> Runs:
     """Turn the belief into the prior of a measurement (eq. 8), zero where not admissible."""
-    headings, rows, cols = belief.shape
-    for k in range(headings):
-        gain = np.float32(prior.scale) * prior.heading[k]
-        floor = np.float32(prior.floor) * prior.heading[k]
-        layer = belief[k].reshape(rows * cols)
-        mask = admissible.mask.reshape(rows * cols)
-        done = 0
-        for row, first, last in admissible.runs:
-            start, end = row * cols + first, row * cols + last
-            layer[done:start] = 0.0
-            _add_floor_to_run(layer[start:end], mask[start:end], gain, floor)
-            done = end
-        layer[done:] = 0.0
-
-
-@kernel
-def _add_floor_to_run(
-    belief: NDArray[np.float32], mask: NDArray[np.float32], gain: np.float32, floor: np.float32
-) -> None:
-    for i in range(len(belief)):
-        belief[i] = (belief[i] * gain + floor) * mask[i]
-
-
-@kernel
-def weigh_scan(
-    belief: Belief,
-    admissible: Admissible,
-    beams: NDArray[np.int64],
-    costs: NDArray[np.uint8],
-    likelihood: NDArray[np.float32],
-) -> None:
-    """Multiply the belief by `likelihood[sum of the beams' costs]`, state by state.
-
-    Args:
-        belief: changed in place.
-        admissible: where to look.
-        beams: (headings, n, 3) class, row and col to add to a state's own to find the beam's
-            end in `costs` (margin included).
-        costs: (classes, rows + 2 margin, cols + 2 margin), see likelihood_field.
-        likelihood: (255 n + 1,) by summed cost.
-    """
-    headings, _, cols = belief.shape
-    total = np.zeros(cols, np.uint16)
-    for k in range(headings):
-        for row, first, last in admissible.runs:
-            count = last - first
-            total[:count] = 0
-            add_costs(total[:count], beams[k], costs, row, first)
-            apply_costs(belief[k, row, first:last], total[:count], likelihood)
-
-
-@kernel
-def add_costs(
-    total: NDArray[np.uint16],
-    beams: NDArray[np.int64],
-    costs: NDArray[np.uint8],
-    row: int,
-    first: int,
-) -> None:
-    """Add the costs of all beams (n, 3) to `total` (m,) of the states from (row, first) on."""
-    count = len(total)
-    n = len(beams)
-    for b in range(0, n - 3, 4):
-        at0, at1 = row + beams[b, 1], first + beams[b, 2]
-        at2, at3 = row + beams[b + 1, 1], first + beams[b + 1, 2]
-        at4, at5 = row + beams[b + 2, 1], first + beams[b + 2, 2]
-        at6, at7 = row + beams[b + 3, 1], first + beams[b + 3, 2]
-        add_four(
-            total,
-            costs[beams[b, 0], at0, at1 : at1 + count],
-            costs[beams[b + 1, 0], at2, at3 : at3 + count],
-            costs[beams[b + 2, 0], at4, at5 : at5 + count],
-            costs[beams[b + 3, 0], at6, at7 : at7 + count],
-        )
-    for b in range(n - n % 4, n):
-        at0, at1 = row + beams[b, 1], first + beams[b, 2]
-        add_one(total, costs[beams[b, 0], at0, at1 : at1 + count])
-
-
-@kernel
-def add_four(
-    total: NDArray[np.uint16],
-    one: NDArray[np.uint8],
-    two: NDArray[np.uint8],
-    three: NDArray[np.uint8],
-    four: NDArray[np.uint8],
-) -> None:
-    """Add four rows of bytes; a function on slices, which LLVM turns into vector code."""
-    for i in range(len(total)):
-        total[i] += np.uint16(one[i]) + np.uint16(two[i]) + np.uint16(three[i]) + np.uint16(four[i])
-
-
-@kernel
-def add_one(total: NDArray[np.uint16], one: NDArray[np.uint8]) -> None:
-    """Add one row of bytes."""
-    for i in range(len(total)):
-        total[i] += np.uint16(one[i])
-
-
-@kernel
-def apply_costs(
-    belief: NDArray[np.float32], total: NDArray[np.uint16], likelihood: NDArray[np.float32]
-) -> None:
-    """Multiply a row of the belief by the likelihood of its costs."""
-    for i in range(len(belief)):
-        belief[i] *= likelihood[total[i]]
-
-
-@kernel
-def weigh_ranges(
-    belief: Belief,
-    admissible: Admissible,
-    directions: NDArray[np.int64],
-    levels: NDArray[np.uint8],
-    likelihoods: NDArray[np.float32],
-) -> None:
-    """Multiply the belief by each beam's likelihood of the expected range (eq. 14).
-
-    Args:
-        belief: changed in place.
-        admissible: where to look.
-        directions: (headings, n) layer of `levels` that each beam points along.
-        levels: (table headings, rows, cols), see range_model.
-        likelihoods: (n, 256) by expected level.
-    """
+    none = np.ones(belief.shape[2], np.float32)
+    runs = _no_runs(len(belief), len(area.runs))
     for k in range(len(belief)):
-        for row, first, last in admissible.runs:
-            for b in range(directions.shape[1]):
-                seen = levels[directions[k, b], row, first:last]
-                apply_levels(belief[k, row, first:last], seen, likelihoods[b])
+        _clear(belief[k], area.gaps)
+        gain_floor = _prior_of(prior, k)
+        for i in range(len(area.runs)):
+            row, first, last = area.runs[i]
+            run, mask = belief[k, row, first:last], area.mask[row, first:last]
+            runs.mass[k, i], runs.peak[k, i] = _apply(run, mask, none, gain_floor)
+    return runs
 
 
 @kernel
-def apply_levels(
-    belief: NDArray[np.float32], seen: NDArray[np.uint8], likelihood: NDArray[np.float32]
-) -> None:
-    """Multiply a run of the belief by the likelihood of the expected levels."""
-    for i in range(len(belief)):
-        belief[i] *= likelihood[seen[i]]
+def weigh_scan(belief: Belief, area: Admissible, prior: Prior, scan: Scan) -> Runs:
+    """Multiply the prior by the likelihood of a scan, state by state.
 
-
-@kernel
-def weigh_visibility(
-    belief: Belief,
-    admissible: Admissible,
-    sight: Sight,
-    levels: NDArray[np.uint8],
-    likelihood: NDArray[np.float32],
-) -> None:
-    """Multiply the belief by `likelihood[n]`, n being the beams that would go through a wall.
-
-    Args:
-        belief: changed in place; runs that hold no state above `sight.least` are left alone, so
-            that what they could lose at the most is `least` a state.
-        admissible: where to look.
-        sight: the beams.
-        levels: (table headings, rows, cols) optimistic expected ranges, see visibility.
-        likelihood: (beams + 1,) by number of beams.
+    Without a floor (M1, or where a rest of the belief takes it) empty runs stay empty.
     """
-    cols = belief.shape[2]
-    through = np.zeros(cols, np.uint16)
+    runs = _no_runs(len(belief), len(area.runs))
+    total = np.empty(padded(belief.shape[2]), np.uint16)
+    floor_is_zero = prior.floor == 0.0
     for k in range(len(belief)):
-        for row, first, last in admissible.runs:
-            run = belief[k, row, first:last]
-            if not _any_above(run, sight.least):
+        _clear(belief[k], area.gaps)
+        gain_floor = _prior_of(prior, k)
+        for i in range(len(area.runs)):
+            row, first, last = area.runs[i]
+            run, mask = belief[k, row, first:last], area.mask[row, first:last]
+            if floor_is_zero and not _any_above(run, np.float32(0.0)):
                 continue
-            count = last - first
-            through[:count] = 0
-            for b in range(len(sight.allowed)):
-                seen = levels[sight.directions[k, b], row, first:last]
-                _count_below(through[:count], seen, sight.allowed[b])
-            apply_costs(run, through[:count], likelihood)
+            costs = total[: padded(last - first)]
+            sum_costs(costs, scan.starts[k], scan.costs, row * scan.width + first)
+            runs.mass[k, i], runs.peak[k, i] = _apply_costs(
+                run, mask, costs, scan.likelihood, gain_floor
+            )
+    return runs
+
+
+@kernel
+def weigh_ranges(belief: Belief, area: Admissible, prior: Prior, echoes: Echoes) -> Runs:
+    """Multiply the prior by each beam's likelihood of the expected range (eq. 14)."""
+    runs = _no_runs(len(belief), len(area.runs))
+    factors = np.empty(belief.shape[2], np.float32)
+    for k in range(len(belief)):
+        _clear(belief[k], area.gaps)
+        gain_floor = _prior_of(prior, k)
+        for i in range(len(area.runs)):
+            row, first, last = area.runs[i]
+            run, mask = belief[k, row, first:last], area.mask[row, first:last]
+            fit = factors[: last - first]
+            _fit_of(fit, echoes, k, row, first)
+            runs.mass[k, i], runs.peak[k, i] = _apply(run, mask, fit, gain_floor)
+    return runs
+
+
+@kernel
+def weigh_visibility(belief: Belief, area: Admissible, runs: Runs, sight: Sight) -> None:
+    """Multiply the belief by the likelihood of the number of beams that go through a wall.
+
+    PIECEs of runs that hold no state above `sight.least` are left alone: what they could lose
+    at the most is `least` a state. `runs`, as of before, is brought up to date.
+    """
+    through = np.empty(PIECE, np.uint8)
+    for k in range(len(belief)):
+        for i in range(len(area.runs)):
+            if runs.peak[k, i] > sight.least:
+                row, first, last = area.runs[i]
+                mass, peak = 0.0, np.float32(0.0)
+                for start in range(first, last, PIECE):
+                    piece = belief[k, row, start : min(start + PIECE, last)]
+                    part, highest = _sum_and_peak(piece)
+                    if highest > sight.least:
+                        count = through[: len(piece)]
+                        _count_through(count, sight, k, row, start)
+                        part, highest = _apply_count(piece, count, sight.likelihood)
+                    mass, peak = mass + part, max(peak, highest)
+                runs.mass[k, i], runs.peak[k, i] = mass, peak
+
+
+@kernel
+def _no_runs(headings: int, count: int) -> Runs:
+    return Runs(np.zeros((headings, count)), np.zeros((headings, count), np.float32))
+
+
+@kernel
+def _prior_of(prior: Prior, k: int) -> tuple[np.float32, np.float32]:
+    heading = prior.heading[k]
+    return np.float32(prior.scale) * heading, np.float32(prior.floor) * heading
+
+
+@kernel
+def _clear(layer: NDArray[np.float32], gaps: NDArray[np.int64]) -> None:
+    for row, first, last in gaps:
+        layer[row, first:last] = np.float32(0.0)
 
 
 @reduction
@@ -221,7 +156,105 @@ def _any_above(run: NDArray[np.float32], least: np.float32) -> bool:
     return bool(peak > least)
 
 
+@reduction
+def _apply(
+    run: NDArray[np.float32],
+    mask: NDArray[np.float32],
+    fit: NDArray[np.float32],
+    gain_floor: tuple[np.float32, np.float32],
+) -> tuple[float, np.float32]:
+    gain, floor = gain_floor
+    mass, peak = np.float32(0.0), np.float32(0.0)
+    for i in range(len(run)):
+        value = (run[i] * gain + floor) * mask[i] * fit[i]
+        run[i] = value
+        mass += value
+        peak = max(peak, value)
+    return float(mass), peak
+
+
+@reduction
+def _apply_costs(
+    run: NDArray[np.float32],
+    mask: NDArray[np.float32],
+    costs: NDArray[np.uint16],
+    likelihood: NDArray[np.float32],
+    gain_floor: tuple[np.float32, np.float32],
+) -> tuple[float, np.float32]:
+    gain, floor = gain_floor
+    mass, peak = np.float32(0.0), np.float32(0.0)
+    for i in range(len(run)):
+        value = (run[i] * gain + floor) * mask[i] * likelihood[costs[i]]
+        run[i] = value
+        mass += value
+        peak = max(peak, value)
+    return float(mass), peak
+
+
+@reduction
+def _apply_count(
+    run: NDArray[np.float32], count: NDArray[np.uint8], likelihood: NDArray[np.float32]
+) -> tuple[float, np.float32]:
+    mass, peak = np.float32(0.0), np.float32(0.0)
+    for i in range(len(run)):
+        value = run[i] * likelihood[count[i]]
+        run[i] = value
+        mass += value
+        peak = max(peak, value)
+    return float(mass), peak
+
+
+@reduction
+def _sum_and_peak(run: NDArray[np.float32]) -> tuple[float, np.float32]:
+    mass, peak = np.float32(0.0), np.float32(0.0)
+    for value in run:
+        mass += value
+        peak = max(peak, value)
+    return float(mass), peak
+
+
 @kernel
-def _count_below(through: NDArray[np.uint16], seen: NDArray[np.uint8], allowed: np.uint8) -> None:
-    for i in range(len(through)):
-        through[i] += np.uint16(seen[i] < allowed)
+def _fit_of(fit: NDArray[np.float32], echoes: Echoes, k: int, row: int, first: int) -> None:
+    """Set `fit` (m,) to the likelihood of all ranges from the states (row, first) on."""
+    n, end = echoes.directions.shape[1], first + len(fit)
+    ahead, levels, likelihoods = echoes.directions[k], echoes.levels, echoes.likelihoods
+    fit[:] = np.float32(1.0)
+    for b in range(0, n - 3, 4):
+        one, two = levels[ahead[b], row, first:end], levels[ahead[b + 1], row, first:end]
+        three, four = levels[ahead[b + 2], row, first:end], levels[ahead[b + 3], row, first:end]
+        _fit_four(fit, (one, two, three, four), likelihoods[b : b + 4])
+    for b in range(n - n % 4, n):
+        _fit_one(fit, levels[ahead[b], row, first:end], likelihoods[b])
+
+
+@kernel
+def _fit_four(fit: NDArray[np.float32], seen: Four, likelihoods: NDArray[np.float32]) -> None:
+    one, two, three, four = seen
+    of_one, of_two = likelihoods[0], likelihoods[1]
+    of_three, of_four = likelihoods[2], likelihoods[3]
+    for i in range(len(fit)):
+        fit[i] *= of_one[one[i]] * of_two[two[i]] * of_three[three[i]] * of_four[four[i]]
+
+
+@kernel
+def _fit_one(
+    fit: NDArray[np.float32], seen: NDArray[np.uint8], likelihood: NDArray[np.float32]
+) -> None:
+    for i in range(len(fit)):
+        fit[i] *= likelihood[seen[i]]
+
+
+@kernel
+def _count_through(count: NDArray[np.uint8], sight: Sight, k: int, row: int, first: int) -> None:
+    """Set `count` (m,) to the number of beams through walls from the states (row, first) on."""
+    count[:] = np.uint8(0)
+    end = first + len(count)
+    for b in range(len(sight.allowed)):
+        seen = sight.levels[sight.directions[k, b], row, first:end]
+        _count_below(count, seen, sight.allowed[b])
+
+
+@kernel
+def _count_below(count: NDArray[np.uint8], seen: NDArray[np.uint8], allowed: np.uint8) -> None:
+    for i in range(len(count)):
+        count[i] += np.uint8(seen[i] < allowed)
