@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pilotage.core.jit import kernel
 from pilotage.localizer.kernels import Admissible
 
 Boxes = NDArray[np.int64]
@@ -27,26 +28,41 @@ def grown(boxes: Boxes, by: int, shape: tuple[int, ...]) -> Boxes:
     return merged(np.clip(wider, 0, np.repeat(shape[-2:], 2)))
 
 
+@kernel
 def merged(boxes: Boxes) -> Boxes:
     """Return boxes that hold the same and do not overlap."""
-    left = [box for box in boxes if box[0] < box[1] and box[2] < box[3]]
-    apart: list[NDArray[np.int64]] = []
-    while left:
-        box = left.pop()
-        touching = [i for i, other in enumerate(apart) if _overlap(box, other)]
-        if touching:
-            united = np.stack([box, *(apart.pop(i) for i in reversed(touching))])
-            lows, ends = united.min(axis=0), united.max(axis=0)
-            left.append(np.array([lows[0], ends[1], lows[2], ends[3]]))
-        else:
-            apart.append(box)
-    return np.array(apart, np.int64).reshape(-1, 4)
+    apart = np.empty_like(boxes)
+    count = 0
+    for box in boxes:
+        united = box.copy()
+        if united[0] >= united[1] or united[2] >= united[3]:
+            continue
+        i = 0
+        while i < count:
+            if _overlap(united, apart[i]):
+                _unite(united, apart[i])
+                count -= 1
+                apart[i] = apart[count]
+                i = 0
+            else:
+                i += 1
+        apart[count] = united
+        count += 1
+    return apart[:count].copy()
 
 
+@kernel
 def _overlap(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
     """Say whether two boxes share a cell."""
     rows = one[0] < other[1] and other[0] < one[1]
     return bool(rows and one[2] < other[3] and other[2] < one[3])
+
+
+@kernel
+def _unite(box: NDArray[np.int64], other: NDArray[np.int64]) -> None:
+    """Widen a box so that it holds another one too."""
+    box[0], box[1] = min(box[0], other[0]), max(box[1], other[1])
+    box[2], box[3] = min(box[2], other[2]), max(box[3], other[3])
 
 
 def restricted(admissible: Admissible, boxes: Boxes) -> Admissible:

@@ -36,9 +36,9 @@ class FocusParams:
     """
 
     least_states: int = 2_000_000
-    dropped: float = 1e-11
-    woken: float = 1e-10
-    most: float = 1e-4
+    dropped: float = 1e-9
+    woken: float = 1e-7
+    most: float = 1e-3
     most_floor: float = 1e-4
 
 

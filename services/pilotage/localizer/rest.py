@@ -103,7 +103,7 @@ class Rest:
         """Bound the chosen tiles (n, 3), just weighed, by the likelihood of their best states."""
         at = tuple(chosen.T)
         best = kernels.best_fits(self.tiles, chosen, self._mask, scan)
-        better = best / self._fit[at]
+        better = best / np.maximum(self._fit[at], np.finfo(np.float32).tiny)
         self.tiles.mass[at] *= better
         self.tiles.peak[at] *= better
         self._fit[at] = np.maximum(best, np.finfo(np.float32).tiny)

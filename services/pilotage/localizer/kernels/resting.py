@@ -86,6 +86,7 @@ def _weigh_masses(
         value = (mass[i] * gain + floor * counts[i]) * fit[i]
         # Also clears tiles of walls, which hold nothing, whatever has been counted into them.
         mass[i] = min(value, counts[i] * peak[i])
+        peak[i] = min(peak[i], mass[i])  # no state is heavier than its tile
 
 
 @kernel
