@@ -189,9 +189,10 @@ def test_a_memory_resumes_where_the_robot_was_and_follows_how_it_moved_since(wal
     assert again.localizer.estimate.state == "unknown"
     assert error(again.localizer.estimate.pose, START)[0] < 0.1
     again.odom, again.stamp_ns = walk.odom, walk.stamp_ns
-    estimate = again.go((0.15, 0.0, -0.1))
+    for _ in range(2):
+        estimate = again.go((0.15, 0.0, -0.1))
+        assert is_right(estimate, again.pose)
     assert estimate.state == "localized"
-    assert is_right(estimate, again.pose)
 
 
 def test_a_memory_whose_states_are_all_walls_by_now_resumes_with_nothing(walk: Walk) -> None:
@@ -298,7 +299,7 @@ def test_belief_message_tells_samples_modes_and_marginal(walk: Walk) -> None:
     assert message.marginal.mass.sum() == pytest.approx(1.0, abs=1e-3)
     assert 1 <= len(message.modes) <= MODES
     assert message.modes[0].mass == max(mode.mass for mode in message.modes)
-    assert message.matched == 1.0
+    assert message.matched == pytest.approx(1.0, abs=0.02)
     expected = naive.entropy_bits(walk.localizer.grid.belief.astype(float))
     assert message.entropy == pytest.approx(expected, abs=2e-3)
 

@@ -26,8 +26,8 @@ from pilotage.localizer.range_model import (
 )
 from pilotage.localizer.visibility import VisibilityParams, levels_allowed, optimistic_ranges
 
-BLUR = 0.35
-"""Spread [m] of a beam's end seen from a pose that is itself known to 0.2 m and 5 degrees."""
+BLURS = 0.35, 0.15
+"""Spread [m] of a beam's end, seen from poses known to 0.2 m and 5 degrees; to a third of that."""
 
 HOPELESS = 15.0
 """-log of a particle's likelihood, relative to the best, from which visibility is not asked."""
@@ -88,8 +88,8 @@ class ParticleEvidence:
         self._params = params
         self._landmarks = landmarks
         self._field = particle_field(world, params.beam)
-        blurred = float(np.hypot(params.beam.sigma, BLUR))
-        self._blurred = particle_field(world, replace(params.beam, sigma=blurred))
+        sigmas = [float(np.hypot(params.beam.sigma, blur)) for blur in BLURS]
+        self._blurred = [particle_field(world, replace(params.beam, sigma=s)) for s in sigmas]
         self._cells = pose_grid(world, params.tables).geometry
         self.sight = sight or self._sight()
         self._sight_by_cell = None if self.sight is None else _by_cell(self.sight)
@@ -122,14 +122,14 @@ class ParticleEvidence:
         return Word(logs, np.exp(raw / max(1, parts)), parts)
 
     def weigh_coarsely(
-        self, poses: NDArray[np.float64], seen: Measurement, novelty: Novelty
+        self, poses: NDArray[np.float64], seen: Measurement, novelty: Novelty, blur: int
     ) -> NDArray[np.float64]:
-        """Return log likelihoods (n,) of poses that are known no better than BLUR says."""
+        """Return log likelihoods (n,) of poses that are known no better than BLURS[blur] says."""
         if seen.ends is None:
             return self.weigh(poses, seen, novelty).logs
         tempering = self._params.tempering * novelty.of_scan
         rest = self.weigh(poses, replace(seen, ends=None), novelty).logs
-        return rest + tempering * self._blurred.log_likelihoods(poses, seen.ends)
+        return rest + tempering * self._blurred[blur].log_likelihoods(poses, seen.ends)
 
     def _seen_through(
         self, poses: NDArray[np.float64], ends: NDArray[np.float64], logs: NDArray[np.float64]

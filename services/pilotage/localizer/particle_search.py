@@ -3,7 +3,7 @@
 Poses drawn over a whole building lie tenths of a metre and degrees apart. A sharp likelihood
 would pick among alike places whichever happens to have a pose nearest to its peak. So the first
 look is at a blurred field; what it leaves is shaken by about the spacing of the poses, and weighed
-by the true likelihood over the blurred one (importance sampling).
+by a sharper likelihood over the blurred one (importance sampling), and so on to the true one.
 """
 
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ class SearchParams:
     """Parameters of the search.
 
     `candidates`: poses drawn over all free space; half a million lie 0.4 m and 10 degrees apart
-    in 2,000 m2. `kept`: drawn among them for the second look. `shaken` [m] and `turned` [rad]:
-    standard deviations of the shaking.
+    in 2,000 m2. `kept`: drawn among them for each closer look. `shaken` [m] and `turned` [rad]:
+    standard deviations of the shaking before the second and the third look.
     """
 
     candidates: int = 500_000
     kept: int = 100_000
-    shaken: float = 0.15
-    turned: float = 0.07
+    shaken: tuple[float, float] = (0.15, 0.05)
+    turned: tuple[float, float] = (0.07, 0.025)
 
 
 @dataclass(frozen=True)
@@ -62,19 +62,32 @@ class ParticleSearch:
         self, seen: Measurement, novelty: Novelty, rng: np.random.Generator, share: float = 1.0
     ) -> Finds:
         """Return poses as likely as a measurement says, by a share of the usual effort."""
-        candidates = self.free.draw(max(1, round(share * self.params.candidates)), rng)
-        coarse = self.evidence.weigh_coarsely(candidates, seen, novelty)
+        poses = self.free.draw(max(1, round(share * self.params.candidates)), rng)
         kept = max(1, round(share * self.params.kept))
-        weights, coarse_mean = _normalised(coarse)
-        poses = self._shaken(candidates[draw(weights, kept, rng)], rng)
-        fine = self.evidence.weigh(poses, seen, novelty).logs
-        ratio = fine - self.evidence.weigh_coarsely(poses, seen, novelty)
-        weights, ratio_mean = _normalised(ratio)
-        return Finds(poses, weights, coarse_mean + ratio_mean)
+        weights, log_mean = _normalised(self.evidence.weigh_coarsely(poses, seen, novelty, 0))
+        for look in (0, 1):
+            poses = self._shaken(poses[draw(weights, kept, rng)], look, rng)
+            sharper = self._sharper(poses, seen, novelty, look)
+            weights, log_ratio = _normalised(
+                sharper - self.evidence.weigh_coarsely(poses, seen, novelty, look)
+            )
+            log_mean += log_ratio
+        return Finds(poses, weights, log_mean)
 
-    def _shaken(self, poses: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
+    def _sharper(
+        self, poses: NDArray[np.float64], seen: Measurement, novelty: Novelty, look: int
+    ) -> NDArray[np.float64]:
+        """Return log likelihoods (n,) by the next blur, in the end without any."""
+        if look == 0:
+            return self.evidence.weigh_coarsely(poses, seen, novelty, 1)
+        return self.evidence.weigh(poses, seen, novelty).logs
+
+    def _shaken(
+        self, poses: NDArray[np.float64], look: int, rng: np.random.Generator
+    ) -> NDArray[np.float64]:
         """Return poses (n, 3) moved at random, but never out of free space."""
-        scale = np.array([self.params.shaken, self.params.shaken, self.params.turned])
+        shaken, turned = self.params.shaken[look], self.params.turned[look]
+        scale = np.array([shaken, shaken, turned])
         moved = se2.compose(poses + scale * rng.standard_normal(poses.shape), np.zeros(3))
         return np.where(self.free.holds(moved)[:, None], moved, poses)
 
