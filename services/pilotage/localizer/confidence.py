@@ -12,6 +12,12 @@ import numpy as np
 MOST_AHEAD = 14.0
 """Evidence [nat] ahead of all other places beyond which more makes no difference."""
 
+MOST_SUPPORT = 0.5
+"""Support [nat a beam] beyond which more makes no difference."""
+
+LONG_FOLLOWED = 12.0
+"""Scans after which a place was followed for long."""
+
 
 @dataclass(frozen=True)
 class Signs:
@@ -36,18 +42,21 @@ BIAS = -1.0
 
 
 def confidence_of(signs: Signs) -> float:
-    """Return the probability that the best place is right within 0.5 m and 15 degrees."""
+    """Return the probability that the best place is right within 0.5 m and 15 degrees.
+
+    It is never more than the place's share of all places: of like ones none is certain.
+    """
     log_odds = BIAS + float(np.dot(astuple(WEIGHTS), features(signs)))
-    return float(1.0 / (1.0 + np.exp(-log_odds)))
+    return float(1.0 / (1.0 + np.exp(-min(log_odds, signs.ahead))))
 
 
 def features(signs: Signs) -> tuple[float, ...]:
     """Return what the regression weighs, in the order of Signs."""
     return (
         min(max(signs.ahead, -MOST_AHEAD), MOST_AHEAD),
-        signs.support,
+        min(max(signs.support, -MOST_SUPPORT), MOST_SUPPORT),
         signs.fit,
         signs.through,
-        float(np.log(signs.scans)) if signs.scans else 0.0,
+        float(np.log(min(max(signs.scans, 1.0), LONG_FOLLOWED))),
         signs.mass,
     )

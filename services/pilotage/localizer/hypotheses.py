@@ -42,6 +42,9 @@ MOST_PLACES = 150
 MOST_NEW = 40
 """Proposed places that are held against the last scans: those that this one says most for."""
 
+ODD_SCAN = -1.5
+"""A scan speaks no louder [nat] against a place: now and then a crowd or an open door hides it."""
+
 KEPT_SCANS = 12
 """Last scans that a new place is held against."""
 
@@ -119,7 +122,7 @@ class Places:
         """Take in what a scan says."""
         self.poses = weighed.poses
         self.recent = np.roll(self.recent, 1, axis=1)
-        self.recent[:, 0] = CORRELATED * weighed.evidence
+        self.recent[:, 0] = np.logaddexp(CORRELATED * weighed.evidence, ODD_SCAN)
         self.met = self.met + RATE * (weighed.met - self.met)
         self.through = self.through + RATE * (weighed.through - self.through)
         self.fit = self.fit + RATE * (weighed.fit - self.fit)
