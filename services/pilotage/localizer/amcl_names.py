@@ -46,7 +46,7 @@ NUMBERS: dict[str, tuple[tuple[str, Check], str]] = {
     "laser_max_range": (NUMBER, "range over which outliers spread; the longest beam used"),
     "update_min_d": (POSITIVE, "way between two measurements"),
     "update_min_a": (POSITIVE, "turn between two measurements"),
-    "recovery_alpha_slow": (SHARE, "the long memory of how measurements fit; 0: no recovery"),
+    "recovery_alpha_slow": (SHARE, "the long memory of how measurements fit; at 0 only a surprise recovers"),
     "recovery_alpha_fast": (SHARE, "the short memory of how measurements fit"),
     "spatial_resolution_x": (POSITIVE, "the bins of KLD sampling"),
     "spatial_resolution_theta": (POSITIVE, "the bins of KLD sampling"),
