@@ -206,3 +206,13 @@ def cell_centre(geometry: GridGeometry, row: int, col: int) -> tuple[float, floa
 def compass_likelihood(yaw: float, heading: float, eps: float) -> float:
     """Eq. 12 to the letter."""
     return float((math.cos((yaw - heading) / 2.0) ** 2) ** (1.0 / eps))
+
+
+def tile_sums(belief: Array, phases: NDArray[np.int64], side: int) -> Array:
+    """What the states of each tile (headings, tile rows, tile cols) weigh together."""
+    tiles = [-(-length // side) + 1 for length in belief.shape[1:]]
+    sums = np.zeros((len(belief), *tiles))
+    for k, row, col in np.ndindex(belief.shape):
+        up, right = phases[k]
+        sums[k, (row + side - up) // side, (col + side - right) // side] += belief[k, row, col]
+    return sums

@@ -9,7 +9,8 @@ from hypothesis.extra.numpy import arrays
 from naive import markov as naive
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.localizer import kernels
-from pilotage.localizer.kernels import LANES, MOST_COST, Admissible, Echoes, Prior, Scan, Sight
+from pilotage.localizer.active_blocks import widened, with_neighbours
+from pilotage.localizer.kernels import LANES, MOST_COST, Area, Echoes, Prior, Scan, Sight
 from pilotage.localizer.pose_grid import MERGED, PoseGridParams, pose_grid
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -32,6 +33,7 @@ class Case:
             PoseGridParams(resolution=1.0, headings=int(self.headings)),
         )
         self.admissible = grid.admissible
+        self.area = kernels.in_all_layers(grid.admissible, grid.headings)
         self.shape = grid.shape
         sparse = self.rng.random(self.shape) ** 4 * (self.rng.random(self.shape) < 0.7)
         self.belief = (sparse * self.admissible.mask).astype(np.float32)
@@ -45,9 +47,13 @@ class Case:
         return Prior(1.0, 0.0, np.ones(self.shape[0], np.float32))
 
     @property
-    def box(self) -> np.ndarray:
-        """All of the floor."""
-        return np.array([0, self.shape[1], 0, self.shape[2]])
+    def all_cells(self) -> Area:
+        return kernels.whole_area(self.shape)
+
+    def summed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Twin of `sum_runs`, in its order: layer by layer."""
+        mass, peak = naive.sum_runs(self.exact, self.admissible.runs)
+        return mass.ravel(), peak.ravel()
 
     def bytes_of(self, *shape: int) -> np.ndarray:
         return self.rng.integers(0, 256, shape).astype(np.uint8)
@@ -59,6 +65,19 @@ def scan_of(beams: np.ndarray, costs: np.ndarray, likelihood: np.ndarray) -> Sca
     starts = (beams[..., 0] * height + beams[..., 1]) * width + beams[..., 2]
     flat = np.append(costs.ravel(), np.full(LANES, MOST_COST, np.uint8))
     return Scan(starts.astype(np.uint64), flat, width, likelihood)
+
+
+def blocks_holding(belief: np.ndarray) -> np.ndarray:
+    """The blocks (headings, rows, cols) of a belief of whole blocks that hold something."""
+    headings, rows, cols = belief.shape
+    return belief.reshape(headings, rows // 8, 8, cols // 8, 8).any(axis=(2, 4))
+
+
+def area_of(blocks: np.ndarray, shape: tuple[int, ...]) -> Area:
+    """The area of some blocks of a hall without walls."""
+    whole = kernels.whole_area(shape)
+    runs, starts = kernels.runs_of_blocks(blocks, *shape[1:])
+    return Area(whole.mask, runs, starts, whole.gaps)
 
 
 def close(expected: np.ndarray, smallest: float = 1e-30) -> object:
@@ -88,7 +107,7 @@ def test_floor_is_added_where_a_robot_may_stand(seed: int, scale: float, floor: 
     heading = case.rng.random(case.shape[0]).astype(np.float32)
     mask = case.admissible.mask
     expected = naive.add_floor(case.exact, mask, scale, floor, heading.astype(np.float64))
-    kernels.weigh_prior(case.belief, case.admissible, Prior(scale, floor, heading))
+    kernels.weigh_prior(case.belief, case.area, Prior(scale, floor, heading))
     assert case.belief == close(expected, 1e-36)
 
 
@@ -103,7 +122,7 @@ def test_scan_weighs_each_state_by_the_costs_of_its_own_beams(seed: int, count: 
     likelihood = case.rng.random(MOST_COST * count + 1).astype(np.float32)
     expected = naive.weigh_scan(case.exact, case.admissible.mask, beams, costs, likelihood)
     scan = scan_of(beams, costs, likelihood)
-    kernels.weigh_scan(case.belief, case.admissible, case.no_prior, scan)
+    kernels.weigh_scan(case.belief, case.area, case.no_prior, scan)
     assert case.belief == close(expected)
 
 
@@ -117,7 +136,7 @@ def test_ranges_weigh_each_state_by_what_it_should_measure(seed: int, count: int
     mask = case.admissible.mask
     expected = naive.weigh_ranges(case.exact, mask, directions, levels, likelihoods)
     echoes = Echoes(directions, levels, likelihoods)
-    kernels.weigh_ranges(case.belief, case.admissible, case.no_prior, echoes)
+    kernels.weigh_ranges(case.belief, case.area, case.no_prior, echoes)
     assert case.belief == close(expected)
 
 
@@ -131,11 +150,11 @@ def test_one_pass_does_what_prior_scan_and_sums_do_one_by_one(
     beams = np.ones((headings, 5, 3), np.int64) * [0, 1, 1]
     scan = scan_of(beams, costs, np.exp(-0.01 * np.arange(5 * MOST_COST + 1)).astype(np.float32))
     prior = Prior(scale, floor, case.rng.random(headings).astype(np.float32))
-    runs = kernels.weigh_scan(case.belief, case.admissible, prior, scan)
-    kernels.weigh_prior(apart.belief, apart.admissible, prior)
-    kernels.weigh_scan(apart.belief, apart.admissible, case.no_prior, scan)
+    runs = kernels.weigh_scan(case.belief, case.area, prior, scan)
+    kernels.weigh_prior(apart.belief, apart.area, prior)
+    kernels.weigh_scan(apart.belief, apart.area, case.no_prior, scan)
     assert case.belief == close(apart.exact)
-    mass, peak = naive.sum_runs(case.exact, case.admissible.runs)
+    mass, peak = case.summed()
     assert runs.mass == close(mass)
     assert np.array_equal(runs.peak, peak)
 
@@ -151,8 +170,8 @@ def test_visibility_counts_beams_through_walls_and_passes_over_what_is_light(
     factors = np.sort(case.rng.random(count + 1).astype(np.float32))[::-1].copy()
     before = case.exact
     sight = Sight(directions, levels, allowed, factors, np.float32(least))
-    runs = kernels.sum_runs(case.belief, case.admissible)
-    kernels.weigh_visibility(case.belief, case.admissible, runs, sight)
+    runs = kernels.sum_runs(case.belief, case.area)
+    kernels.weigh_visibility(case.belief, case.area, runs, sight)
     for state in np.ndindex(case.shape):
         through = naive.beams_through_walls(directions, allowed, levels, state)
         expected = before[state] * factors[through]
@@ -160,7 +179,7 @@ def test_visibility_counts_beams_through_walls_and_passes_over_what_is_light(
             assert case.belief[state] == close(expected)
         else:
             assert case.belief[state] == close(expected) or case.belief[state] == before[state]
-    mass, peak = naive.sum_runs(case.exact, case.admissible.runs)
+    mass, peak = case.summed()
     assert runs.mass == close(mass)
     assert np.array_equal(runs.peak, peak)
 
@@ -168,8 +187,8 @@ def test_visibility_counts_beams_through_walls_and_passes_over_what_is_light(
 @given(SEEDS)
 def test_runs_are_summed_and_their_peaks_found(seed: int) -> None:
     case = Case(seed)
-    runs = kernels.sum_runs(case.belief, case.admissible)
-    mass, peak = naive.sum_runs(case.exact, case.admissible.runs)
+    runs = kernels.sum_runs(case.belief, case.area)
+    mass, peak = case.summed()
     assert runs.mass == close(mass)
     assert np.array_equal(runs.peak, peak)
 
@@ -177,8 +196,8 @@ def test_runs_are_summed_and_their_peaks_found(seed: int) -> None:
 @given(SEEDS, st.floats(0.0, 0.5))
 def test_headings_sum_to_the_marginal_but_for_runs_that_are_light(seed: int, least: float) -> None:
     case = Case(seed)
-    runs = kernels.sum_runs(case.belief, case.admissible)
-    marginal = kernels.sum_headings(case.belief, case.admissible, runs.mass, least)
+    runs = kernels.sum_runs(case.belief, case.area)
+    marginal = kernels.sum_headings(case.belief, case.area, runs.mass, least)
     left_out = runs.mass[runs.mass <= least].sum()
     exact = case.exact.sum(axis=0)
     assert (marginal <= exact * (1.0 + CLOSE) + 1e-30).all()
@@ -190,9 +209,9 @@ def test_logarithms_give_the_entropy_in_bits(seed: int, exponent: int) -> None:
     case = Case(seed)
     case.belief[0, *np.argwhere(case.admissible.mask)[0]] = 0.5
     case.belief *= np.float32(2.0**exponent)
-    runs = kernels.sum_runs(case.belief, case.admissible)
+    runs = kernels.sum_runs(case.belief, case.area)
     bits = case.belief.view(np.int32)
-    summed = kernels.sum_logarithms(case.belief, bits, case.admissible, runs.mass)
+    summed = kernels.sum_logarithms(case.belief, bits, case.area, runs.mass)
     total = float(runs.mass.sum())
     entropy = np.log2(total) - summed / total
     assert entropy == pytest.approx(naive.entropy_bits(case.exact), abs=2e-3)
@@ -203,7 +222,7 @@ def test_shift_moves_a_layer_by_whole_cells(seed: int, up: int, right: int) -> N
     case = Case(seed)
     expected = np.array([naive.shift_layer(layer, up, right) for layer in case.exact])
     cells = np.tile([up, right], (case.shape[0], 1))
-    kernels.shift_layers(case.belief, case.box, cells)
+    kernels.shift_layers(case.belief, case.all_cells, cells)
     assert np.array_equal(case.belief, expected)
 
 
@@ -211,7 +230,7 @@ def test_shift_moves_a_layer_by_whole_cells(seed: int, up: int, right: int) -> N
 def test_spread_gives_each_neighbour_its_share(seed: int, share: float) -> None:
     case = Case(seed)
     expected = np.array([naive.spread_layer(layer, share) for layer in case.exact])
-    kernels.spread_layers(case.belief, case.box, share)
+    kernels.spread_layers(case.belief, case.all_cells, share)
     assert case.belief == close(expected, 1e-7)
 
 
@@ -220,30 +239,33 @@ def test_headings_spread_to_the_places_where_their_neighbours_lie(seed: int, sha
     case = Case(seed)
     shifts = case.rng.integers(-2, 3, (case.shape[0], 2))
     expected = naive.spread_headings(case.exact, share, shifts)
-    kernels.spread_headings(case.belief, case.box, share, shifts)
+    kernels.spread_headings(case.belief, case.all_cells, share, shifts)
     assert case.belief == close(expected, 1e-7)
 
 
 @given(SEEDS, st.integers(-2, 2), st.integers(-2, 2), st.floats(0.0, 0.25))
-def test_what_lies_well_inside_a_box_moves_as_if_there_were_none(
+def test_what_lies_well_inside_an_area_moves_as_if_all_cells_were_worked_on(
     seed: int, up: int, right: int, share: float
 ) -> None:
     rng = np.random.default_rng(seed)
-    belief = np.zeros((4, 20, 30), np.float32)
-    belief[:, 8:12, 9:20] = rng.random((4, 4, 11))
-    boxed, box, all_of_it = belief.copy(), np.array([2, 18, 3, 26]), np.array([0, 20, 0, 30])
+    belief = np.zeros((4, 24, 40), np.float32)
+    belief[1, 8:12, 9:20] = rng.random((4, 11))
+    belief[2, 17:20, 1:4] = rng.random((3, 3))
+    blocks = widened(blocks_holding(belief), 8)
+    area = area_of(with_neighbours(blocks), belief.shape)
+    inside = belief.copy()
     cells, shifts = rng.integers(-2, 3, (4, 2)), np.array([[up, right]] * 4)
-    for layers, where in ((belief, all_of_it), (boxed, box)):
+    for layers, where in ((belief, kernels.whole_area(belief.shape)), (inside, area)):
         kernels.shift_layers(layers, where, cells)
         kernels.spread_layers(layers, where, share)
         kernels.spread_headings(layers, where, share, shifts)
-    assert np.array_equal(boxed, belief)
+    assert inside == pytest.approx(belief, rel=1e-6, abs=1e-30)
 
 
 @given(arrays(np.float32, (9, 11), elements=st.floats(0.0, 1.0, width=32)), st.floats(0.01, 0.25))
 def test_spread_conserves_mass(layer: np.ndarray, share: float) -> None:
     mass = layer.sum(dtype=np.float64)
-    kernels.spread_layers(layer[None], np.array([0, 9, 0, 11]), share)
+    kernels.spread_layers(layer[None], kernels.whole_area((1, 9, 11)), share)
     assert layer.sum(dtype=np.float64) == pytest.approx(mass, rel=1e-6, abs=1e-30)
 
 
@@ -252,7 +274,7 @@ def test_spread_adds_twice_its_share_of_variance_per_axis(share: float, times: i
     layer = np.zeros((21, 21), np.float32)
     layer[10, 10] = 1.0
     for _ in range(times):
-        kernels.spread_layers(layer[None], np.array([0, 21, 0, 21]), share)
+        kernels.spread_layers(layer[None], kernels.whole_area((1, 21, 21)), share)
     squared = (np.arange(21) - 10.0) ** 2
     for axis in (0, 1):
         variance = float(layer.sum(axis=1 - axis, dtype=np.float64) @ squared)
@@ -269,14 +291,14 @@ def test_spread_over_headings_conserves_mass_and_turns_alike_both_ways(
     mirrored = belief[::-1].copy()
     none = np.zeros((7, 2), np.int64)
     mass = belief.sum(dtype=np.float64)
-    box = np.array([0, 3, 0, 4])
-    kernels.spread_headings(belief, box, share, none)
-    kernels.spread_headings(mirrored, box, share, none)
+    all_cells = kernels.whole_area(belief.shape)
+    kernels.spread_headings(belief, all_cells, share, none)
+    kernels.spread_headings(mirrored, all_cells, share, none)
     assert belief.sum(dtype=np.float64) == pytest.approx(mass, rel=1e-6)
     assert mirrored[::-1] == pytest.approx(belief, rel=1e-5)
 
 
 def test_kernels_are_warmed_up_for_every_type_they_meet() -> None:
     kernels.warm_up()
-    area = Admissible(np.ones((1, 1), np.float32), np.array([[0, 0, 1]]))
-    assert kernels.sum_runs(np.ones((1, 1, 1), np.float32), area).mass == 1.0
+    one = np.ones((1, 1, 1), np.float32)
+    assert kernels.sum_runs(one, kernels.whole_area(one.shape)).mass == 1.0

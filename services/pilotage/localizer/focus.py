@@ -1,13 +1,13 @@
 """Which part of a belief is worked on state by state, and what the rest can weigh at the most.
 
-While a robot is tracked nearly all of the belief lies in a few small places. Boxes hold them, and
-every pass works inside the boxes only; outside them the belief's array is zero. What lay there is
-bounded (see `rest`). A tile whose bound comes to matter is woken: before it is weighed by the scan
-its mass is given to its states, evenly, and a box is opened round it.
+While a robot is tracked nearly all of the belief lies in a few small places, and not in all
+headings there. Every pass works on the blocks only that hold them; elsewhere the belief's array
+is zero, and what may lie there is bounded (see `rest`). A tile whose bound comes to matter is
+woken: before it is weighed by the scan its mass is given to its states, evenly.
 
-So with boxes the belief is that without them, but for what the rest can weigh: after each
-measurement at most `FocusParams.most` of the total, and the masses of the woken tiles, which
-were bounds. Both are shares of what is believed, so that the pose hardly feels them.
+So the belief is that of a grid worked on as a whole, but for what the rest can weigh, and for the
+woken tiles, which begin with no more than `FocusParams.woken`: as much as a few measurements'
+floor. Whatever grows after that grows as it would anyway.
 """
 
 from dataclasses import dataclass
@@ -16,13 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.localizer import kernels
-from pilotage.localizer.boxes import Boxes, area, grown, merged, restricted, whole
-from pilotage.localizer.kernels import SIDE, Runs, Scan
+from pilotage.localizer.active_blocks import (
+    Blocks,
+    add_tiles,
+    widened,
+    with_neighbours,
+)
+from pilotage.localizer.kernels import Area, Runs, Scan
+from pilotage.localizer.kernels.areas import NONE
 from pilotage.localizer.pose_grid import PoseGrid
 from pilotage.localizer.rest import Rest
 
-MOST_BUSY = 0.25
-"""Share of the runs of the whole grid that may hold something when boxes are looked for."""
+MOST_BUSY = 0.2
+"""Share of the blocks that may be active; with more, everything is worked on."""
 
 
 @dataclass(frozen=True)
@@ -43,40 +49,53 @@ class FocusParams:
 
 
 class Focus:
-    """Boxes (n, 4) of the belief, what is admissible in them, and the rest."""
+    """The rest of a belief, and the area (see kernels) that is worked on."""
 
     def __init__(self, grid: PoseGrid, params: FocusParams) -> None:
-        self._grid, self._params = grid, params
+        self._shape, self._params = grid.shape, params
         self.rest = Rest(grid.headings, grid.admissible)
+        self._whole = kernels.in_all_layers(grid.admissible, grid.headings)
+        self._all_cells = kernels.whole_area(grid.shape)
         self._is_worthwhile = int(np.prod(grid.shape)) >= params.least_states
-        self._set(whole(grid.shape))
+        self._blocks: Blocks | None = None
+        self.area = self._whole
 
     @property
     def is_whole(self) -> bool:
         """Whether every state is worked on."""
-        return area(self.boxes) == self._grid.geometry.rows * self._grid.geometry.cols
+        return self._blocks is None
+
+    @property
+    def room(self) -> Area:
+        """Where the belief may move: the area, and the walls in it."""
+        return self._all_cells if self._blocks is None else self.area
 
     def forget(self) -> None:
         """Work on everything, the rest being nothing."""
         self.rest.clear()
-        self._set(whole(self._grid.shape))
+        self._work_on(None)
 
     def open(self, belief: NDArray[np.float32]) -> None:
         """Work on everything: the rest is given back, spread over its tiles."""
         self.rest.open(belief)
-        self._set(whole(self._grid.shape))
+        self._work_on(None)
 
     def allows(self, recovery_weight: float) -> bool:
         """Say whether so much belief may be spread over everything without working on it."""
         return recovery_weight <= self._params.most_floor
 
-    def grow(self, by: int) -> None:
-        """Make room for a motion by `by` cells."""
-        if by and not self.is_whole:
-            self._set(grown(self.boxes, by, self._grid.shape))
+    def grow(self, belief: NDArray[np.float32], cells: int, headings: int) -> None:
+        """Make room for a motion by `cells` cells and `headings` headings."""
+        if self._blocks is None or not (cells or headings):
+            return
+        # Neighbouring layers lie up to a cell apart.
+        blocks = widened(self._blocks, cells + headings)
+        for _ in range(headings):
+            blocks = with_neighbours(blocks)
+        self._activate(belief, blocks)
 
     def wake(self, belief: NDArray[np.float32], scan: Scan, mass: float) -> bool:
-        """Give back whatever the rest, just weighed by a scan, may hold that matters.
+        """Give back what the rest, just weighed by a scan, may hold that matters.
 
         Args:
             belief: changed in place.
@@ -85,40 +104,47 @@ class Focus:
 
         Return whether anything was given back.
         """
-        rest, params = self.rest, self._params
-        limit = params.woken * mass
-        most = params.most * mass
+        rest, most = self.rest, self._params.most * mass
+        limit = self._params.woken * mass
         if rest.mass > most:
             limit = min(limit, rest.limit_of(0.5 * most))
         suspects = rest.above(limit)
-        if not len(suspects):
+        if self._blocks is None or not len(suspects):
             return False
         rest.tighten(suspects, scan)
         heavy = self._heavy(suspects, mass)
         if len(heavy):
-            boxes = rest.wake(belief, heavy, scan)
-            self._set(merged(np.concatenate([self.boxes, boxes])))
+            rest.wake(belief, heavy, scan)
+            blocks = self._blocks.copy()
+            add_tiles(blocks, heavy, rest.tiles.phases)
+            self._activate(belief, blocks)
         return bool(len(heavy))
 
-    def narrow(self, belief: NDArray[np.float32], runs: Runs, total: float) -> bool:
-        """Leave to the rest what has become light; return whether the boxes have changed.
+    def narrow(self, belief: NDArray[np.float32], runs: Runs, total: float) -> None:
+        """Leave to the rest what has become light.
 
         `runs` are the sums of `area` in the belief, `total` what belief and rest weigh.
         """
-        if not self._is_worthwhile or not self._is_concentrated(runs, total):
-            return False
-        sums = self.rest.sums(belief, self.boxes)
         limit = self._params.dropped * total
-        if self.is_whole and not self._is_little(sums, limit, total):
-            return False
-        is_kept = self.rest.retire(belief, self.boxes, sums, limit)
-        blocks = merged(kernels.boxes_of(is_kept))
-        self._set(np.clip(SIDE * blocks, 0, np.repeat(self._grid.geometry.shape, 2)))
-        return True
+        is_busy = self.is_whole and float((runs.mass > limit).mean()) > MOST_BUSY
+        if not self._is_worthwhile or is_busy:
+            return
+        sums = kernels.sum_tiles(belief, self.area, self.rest.tiles, runs.mass)
+        if not self.is_whole or self._is_little(sums, limit, total):
+            self._work_on(self.rest.retire(belief, self.area, sums, limit))
 
-    def _set(self, boxes: Boxes) -> None:
-        self.boxes = boxes
-        self.area = restricted(self._grid.admissible, boxes)
+    def _work_on(self, blocks: Blocks | None) -> None:
+        self._blocks, self.area = blocks, self._whole
+        if blocks is not None:
+            runs, starts = kernels.runs_of_blocks(blocks, *self._shape[1:])
+            self.area = Area(self._whole.mask, runs, starts, NONE)
+
+    def _activate(self, belief: NDArray[np.float32], blocks: Blocks) -> None:
+        """Work on these blocks, or on everything if they are too many to be worth it."""
+        if float(blocks.mean()) > 2.0 * MOST_BUSY:
+            self.open(belief)
+        else:
+            self._work_on(blocks)
 
     def _heavy(self, suspects: NDArray[np.int64], mass: float) -> NDArray[np.int64]:
         """Return which suspects have to be woken, so that the rest stays within its bounds."""
@@ -130,14 +156,9 @@ class Focus:
             count = max(count, 1 + int(np.argmax(left <= 0.5 * self._params.most * mass)))
         return suspects[order[:count]]
 
-    def _is_concentrated(self, runs: Runs, total: float) -> bool:
-        """Say whether few runs hold anything: the blocks of a whole belief take time to sum."""
-        if not self.is_whole:
-            return True
-        return float((runs.mass > self._params.dropped * total).mean()) < MOST_BUSY
-
     def _is_little(self, sums: NDArray[np.float32], limit: float, total: float) -> bool:
         """Say whether few tiles hold nearly all of the belief."""
         is_light = sums <= limit
         left_out = float(sums[is_light].sum(dtype=np.float64))
-        return left_out <= self._params.most * total and float(is_light.mean()) > 1.0 - MOST_BUSY
+        busy = 1.0 - float(is_light.mean())
+        return left_out <= self._params.most * total and busy < 0.5 * MOST_BUSY

@@ -18,7 +18,7 @@ from pilotage.localizer import kernels
 from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.focus import Focus, FocusParams
 from pilotage.localizer.gaussian_start import gaussian_start
-from pilotage.localizer.kernels import Admissible, Echoes, Prior, Runs, Sight
+from pilotage.localizer.kernels import Area, Echoes, Prior, Runs, Sight
 from pilotage.localizer.layers import Layers
 from pilotage.localizer.likelihood_field import LikelihoodField
 from pilotage.localizer.motion_spread import MotionSpread, SpreadDue
@@ -77,7 +77,7 @@ class MarkovGrid:
         return self._belief
 
     @property
-    def area(self) -> Admissible:
+    def area(self) -> Area:
         """Where the belief is worked on; elsewhere it is zero."""
         return self._focus.area
 
@@ -130,9 +130,16 @@ class MarkovGrid:
         dx, dy, turn = (float(value) for value in np.asarray(increment, float))
         self._begin()
         self._narrow()
-        self._shift(self._layers.move(dx, dy, turn))
+        cells = self._layers.move(dx, dy, turn)
         self._due.add(float(np.hypot(dx, dy)), abs(turn))
-        self._spread(self._due.take_cells(), self._due.take_headings())
+        of_cells, of_headings = self._due.take_cells(), self._due.take_headings()
+        reach = int(np.abs(cells).max()) + len(of_cells)
+        self._focus.grow(self._belief, reach, len(of_headings))
+        self._shift(cells)
+        for share in of_cells:
+            self._spread_cells(share)
+        for share in of_headings:
+            self._spread_headings(share)
         self._is_summed = False
 
     def add_floor(self, recovery_weight: float, compass: tuple[float, float] | None = None) -> None:
@@ -259,7 +266,7 @@ class MarkovGrid:
 
     def _threshold(self, most: int) -> float:
         """Return a weight that about `most` states at most exceed, judged by the runs' maxima."""
-        peaks = self.runs.peak.ravel()
+        peaks = self.runs.peak
         highest = float(peaks.max())
         busiest = max(1, most // 8)
         usual = float(np.partition(peaks, -busiest)[-busiest]) if len(peaks) > busiest else 0.0
@@ -273,10 +280,10 @@ class MarkovGrid:
         The `most` heaviest states lie in no more runs than that, and an even belief, where every
         state is above the threshold, must not be gathered as a whole.
         """
-        layers, runs = np.nonzero(self.runs.peak > threshold)
-        if len(layers) > most:
-            best = np.argpartition(self.runs.peak[layers, runs], -most)[-most:]
-            layers, runs = layers[best], runs[best]
+        runs = np.flatnonzero(self.runs.peak > threshold)
+        if len(runs) > most:
+            runs = runs[np.argpartition(self.runs.peak[runs], -most)[-most:]]
+        layers = np.searchsorted(self.area.starts, runs, side="right") - 1
         states, weights = [np.empty((0, 3), np.int64)], [np.empty(0, np.float32)]
         for k, (row, first, last) in zip(layers, self.area.runs[runs], strict=True):
             run = self._belief[k, row, first:last]
@@ -337,26 +344,20 @@ class MarkovGrid:
     def _shift(self, cells: NDArray[np.int64]) -> None:
         """Move the states by whole rows and cols (headings, 2)."""
         if cells.any():
-            self._focus.grow(int(np.abs(cells).max()))
-            for box in self._focus.boxes:
-                kernels.shift_layers(self._belief, box, cells)
+            kernels.shift_layers(self._belief, self._focus.room, cells)
             if not self._focus.rest.is_empty:
                 self._focus.rest.shift(cells)
 
-    def _spread(self, of_cells: list[float], of_headings: list[float]) -> None:
-        """Spread the belief by passes of these shares over its cells and its headings."""
-        shifts = self._layers.shifts()
-        self._focus.grow(len(of_cells) + len(of_headings) * int(np.abs(shifts).max()))
-        for box in self._focus.boxes:
-            for share in of_cells:
-                kernels.spread_layers(self._belief, box, share)
-            for share in of_headings:
-                kernels.spread_headings(self._belief, box, share, shifts)
+    def _spread_cells(self, share: float) -> None:
+        kernels.spread_layers(self._belief, self._focus.room, share)
         if not self._focus.rest.is_empty:
-            for share in of_cells:
-                self._focus.rest.spread(share)
-            for share in of_headings:
-                self._focus.rest.spread_headings(share, shifts)
+            self._focus.rest.spread(share)
+
+    def _spread_headings(self, share: float) -> None:
+        shifts = self._layers.shifts()
+        kernels.spread_headings(self._belief, self._focus.room, share, shifts)
+        if not self._focus.rest.is_empty:
+            self._focus.rest.spread_headings(share, shifts)
 
     def _compass_weights(self, compass: tuple[float, float] | None) -> NDArray[np.float32]:
         if compass is None:

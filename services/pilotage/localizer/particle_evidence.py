@@ -15,6 +15,7 @@ from pilotage.localizer import particle_kernels as kernels
 from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.landmark_model import landmark_likelihoods
 from pilotage.localizer.measurement import Measurement, Ranges
+from pilotage.localizer.obstacles import enclosed
 from pilotage.localizer.particle_field import BeamModel, particle_field
 from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
 from pilotage.localizer.range_model import (
@@ -84,12 +85,12 @@ class ParticleEvidence:
         sight: RangeTable | None = None,
         landmarks: LandmarkMap | None = None,
     ) -> None:
-        self._world = world
+        self._world = enclosed(world)
         self._params = params
         self._landmarks = landmarks
-        self._field = particle_field(world, params.beam)
+        self._field = particle_field(self._world, params.beam)
         sigmas = [float(np.hypot(params.beam.sigma, blur)) for blur in BLURS]
-        self._blurred = [particle_field(world, replace(params.beam, sigma=s)) for s in sigmas]
+        self._blurred = [particle_field(self._world, replace(params.beam, sigma=s)) for s in sigmas]
         self._cells = pose_grid(world, params.tables).geometry
         self.sight = sight or self._sight()
         self._sight_by_cell = None if self.sight is None else _by_cell(self.sight)

@@ -46,6 +46,9 @@ STANDING = 0.1
 NEGLIGIBLE = 1e-4
 """Share of the belief that is not worth any particles."""
 
+THOROUGH = 0.5
+"""Prior share of being elsewhere from which on the search is that for an unknown start."""
+
 
 @dataclass(frozen=True)
 class ParticleParams:
@@ -224,7 +227,8 @@ class ParticleLocalizer:
         prior, log_here = reckoned
         count = round(prior * self.params.recovery.most)
         if count:
-            finds = self._search.anywhere(measurement, novelty, self._rng, prior)
+            effort = min(1.0, prior / THOROUGH)
+            finds = self._search.anywhere(measurement, novelty, self._rng, effort)
             share = share_after(prior, finds.log_mean, log_here)
             if share > NEGLIGIBLE:
                 self.filter.admit(finds.drawn(count, self._rng), share)

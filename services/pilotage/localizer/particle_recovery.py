@@ -21,8 +21,9 @@ class RecoveryParams:
     """Parameters of the recovery.
 
     `slow`, `fast`: share of a new measurement in either memory (AMCL: recovery_alpha_slow and
-    recovery_alpha_fast); zero is no recovery. `surprised`: prior share of being elsewhere when a
-    measurement contradicts a localized robot's pose. `most`: particles drawn anew for a share of 1.
+    recovery_alpha_fast); at zero only a surprise recovers. `surprised`: prior share of being
+    elsewhere when a measurement contradicts a localized robot's pose. `most`: particles drawn
+    anew for a share of 1.
     """
 
     slow: float = 0.05

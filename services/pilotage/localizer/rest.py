@@ -1,19 +1,18 @@
 """The part of a belief that is not worked on state by state, held as an upper bound.
 
-A belief moves and is weighed linearly: what it is worth is the sum of what its parts are. So a
-part can be left out and only bounded. It is kept as the mass of tiles of SIDE x SIDE states of a
-layer. Motion moves tiles with their layer; spreading gives a tile at most what its neighbours
-can give; a scan multiplies it by the likelihood of beams that each take the best of the SIDE x
-SIDE cells that they can end in, or, where that is not enough to tell, by the likelihood of its
-best state. Everything else that is measured multiplies by at most one, and is left out.
+A belief moves and is weighed linearly: it is the sum of what becomes of its parts. So a part can
+be left out and only bounded. It is kept as the mass of tiles of SIDE x SIDE states of a layer.
+Motion moves tiles with their layer; spreading gives a tile at most what its neighbours can give;
+a scan multiplies it by the likelihood of beams that each take the best of the SIDE x SIDE cells
+that they can end in, or, where that is too much, by the likelihood of its best state. Everything
+else that is measured multiplies by at most one, and is left out.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.localizer import kernels
-from pilotage.localizer.boxes import Boxes, whole
-from pilotage.localizer.kernels import SIDE, Admissible, Prior, Scan, Tiles
+from pilotage.localizer.kernels import SIDE, Admissible, Area, Prior, Scan, Tiles
 
 
 class Rest:
@@ -21,12 +20,12 @@ class Rest:
 
     def __init__(self, headings: int, admissible: Admissible) -> None:
         counts = _counts(admissible.mask)
-        shape = (headings, *counts.shape[2:])
-        mass, peak = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-        self.tiles = Tiles(mass, peak, np.zeros((headings, 2), np.int64), counts)
-        self._mask = admissible.mask
-        self._fit = np.ones(shape, np.float32)
+        mass = np.zeros((headings, *counts.shape[2:]), np.float32)
+        self.tiles = Tiles(mass, np.zeros((headings, 2), np.int64), counts)
         self.is_empty = True
+        self._mask = admissible.mask
+        self._fit = np.ones_like(mass)
+        self._everywhere = kernels.whole_area(mass.shape)
 
     @property
     def mass(self) -> float:
@@ -36,25 +35,17 @@ class Rest:
     def clear(self) -> None:
         """Hold nothing."""
         self.tiles.mass[:] = 0.0
-        self.tiles.peak[:] = 0.0
         self.is_empty = True
 
-    def sums(self, belief: NDArray[np.float32], boxes: Boxes) -> NDArray[np.float32]:
-        """Return what boxes of the belief hold in each tile."""
-        sums = np.zeros_like(self.tiles.mass)
-        kernels.sum_tiles(belief, boxes, self.tiles.phases, sums)
-        return sums
-
     def retire(
-        self,
-        belief: NDArray[np.float32],
-        boxes: Boxes,
-        sums: NDArray[np.float32],
-        limit: float,
+        self, belief: NDArray[np.float32], area: Area, sums: NDArray[np.float32], limit: float
     ) -> NDArray[np.bool_]:
-        """Take over the tiles that hold at most `limit`; return the blocks that are left."""
+        """Take over the tiles that hold at most `limit`; return the blocks that are left.
+
+        Blocks (headings, rows, cols) are SIDE x SIDE cells of the grid.
+        """
         self.is_empty = False
-        return kernels.retire(belief, boxes, self.tiles, sums, limit)
+        return kernels.retire(belief, area, self.tiles, sums, limit)
 
     def open(self, belief: NDArray[np.float32]) -> None:
         """Give everything back, spread evenly over each tile's states."""
@@ -62,16 +53,15 @@ class Rest:
             kernels.open_tiles(belief, self.tiles, self._mask)
             self.is_empty = True
 
-    def shift(self, whole_cells: NDArray[np.int64]) -> None:
+    def shift(self, cells: NDArray[np.int64]) -> None:
         """Move with layers that move by whole cells (headings, 2)."""
-        phases = self.tiles.phases + whole_cells
+        phases = self.tiles.phases + cells
         self.tiles.phases[:] = phases % SIDE
-        for bounds in (self.tiles.mass, self.tiles.peak):
-            kernels.shift_layers(bounds, whole(bounds.shape)[0], phases // SIDE)
+        kernels.shift_layers(self.tiles.mass, self._everywhere, phases // SIDE)
 
     def spread(self, share: float) -> None:
         """Bound what `spread_layers` leaves in each tile."""
-        kernels.spread_tiles(self.tiles, share)
+        kernels.spread_tiles(self.tiles.mass, share)
 
     def spread_headings(self, share: float, shifts: NDArray[np.int64]) -> None:
         """Bound what `spread_headings` leaves in each tile."""
@@ -82,9 +72,8 @@ class Rest:
         tiles = self.tiles
         up, right = tiles.phases.T
         floor = np.float32(prior.floor) * tiles.counts[up, right]
-        scale, heading = np.float32(prior.scale), prior.heading[:, None, None]
-        tiles.mass[:] = (tiles.mass * scale + floor) * heading
-        tiles.peak[:] = (tiles.peak * scale + np.float32(prior.floor)) * heading
+        tiles.mass[:] = tiles.mass * np.float32(prior.scale) + floor
+        tiles.mass[:] *= prior.heading[:, None, None]
 
     def weigh(self, prior: Prior, coarse: Scan) -> None:
         """Begin a correction and weigh each tile by the most that a scan can say for it."""
@@ -103,19 +92,14 @@ class Rest:
         """Bound the chosen tiles (n, 3), just weighed, by the likelihood of their best states."""
         at = tuple(chosen.T)
         best = kernels.best_fits(self.tiles, chosen, self._mask, scan)
-        better = best / np.maximum(self._fit[at], np.finfo(np.float32).tiny)
-        self.tiles.mass[at] *= better
-        self.tiles.peak[at] *= better
+        self.tiles.mass[at] *= best / self._fit[at]
         self._fit[at] = np.maximum(best, np.finfo(np.float32).tiny)
 
-    def wake(self, belief: NDArray[np.float32], chosen: NDArray[np.int64], scan: Scan) -> Boxes:
-        """Give back the chosen tiles (n, 3), weighed by the scan; return the boxes they lie in."""
+    def wake(self, belief: NDArray[np.float32], chosen: NDArray[np.int64], scan: Scan) -> None:
+        """Give back the chosen tiles (n, 3), just tightened, weighed by the scan."""
         at = tuple(chosen.T)
         self.tiles.mass[at] /= self._fit[at]
         kernels.wake_tiles(belief, self.tiles, chosen, self._mask, scan)
-        low = SIDE * (chosen[:, 1:] - 1) + self.tiles.phases[chosen[:, 0]]
-        boxes = np.stack([low[:, 0], low[:, 0] + SIDE, low[:, 1], low[:, 1] + SIDE], axis=1)
-        return np.clip(boxes, 0, np.repeat(belief.shape[1:], 2))
 
 
 def _counts(mask: NDArray[np.float32]) -> NDArray[np.float32]:

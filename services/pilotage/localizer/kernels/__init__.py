@@ -8,17 +8,24 @@ tests/naive/markov.py.
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.localizer.kernels.areas import Admissible, Prior, Runs
+from pilotage.localizer.kernels.areas import (
+    Admissible,
+    Area,
+    Prior,
+    Runs,
+    in_all_layers,
+    whole_area,
+)
 from pilotage.localizer.kernels.costs import LANES, MOST_COST, Scan
 from pilotage.localizer.kernels.moving import shift_layers, spread_headings, spread_layers
 from pilotage.localizer.kernels.resting import (
     SIDE,
     Tiles,
     best_fits,
-    boxes_of,
     limit_of,
     open_tiles,
     retire,
+    runs_of_blocks,
     spread_tile_headings,
     spread_tiles,
     sum_tiles,
@@ -40,6 +47,7 @@ __all__ = [
     "MOST_COST",
     "SIDE",
     "Admissible",
+    "Area",
     "Echoes",
     "Prior",
     "Runs",
@@ -47,10 +55,11 @@ __all__ = [
     "Sight",
     "Tiles",
     "best_fits",
-    "boxes_of",
+    "in_all_layers",
     "limit_of",
     "open_tiles",
     "retire",
+    "runs_of_blocks",
     "shift_layers",
     "spread_headings",
     "spread_layers",
@@ -66,22 +75,21 @@ __all__ = [
     "weigh_scan",
     "weigh_tiles",
     "weigh_visibility",
+    "whole_area",
 ]
 
 
 def warm_up() -> None:
     """Compile every kernel for the types it meets in service."""
     belief = np.ones((2, 3, 3), np.float32)
-    area = Admissible(np.ones((3, 3), np.float32), np.array([[0, 0, 3], [2, 0, 3]]))
-    prior = Prior(1.0, 0.0, np.ones(2, np.float32))
+    area, prior = whole_area(belief.shape), Prior(1.0, 0.0, np.ones(2, np.float32))
     _warm_up_weighing(belief, area, prior)
     runs = sum_runs(belief, area)
     sum_headings(belief, area, runs.mass, 0.0)
     sum_logarithms(belief, belief.view(np.int32), area, runs.mass)
-    box = np.array([0, 3, 0, 3])
-    shift_layers(belief, box, np.ones((2, 2), np.int64))
-    spread_layers(belief, box, 0.1)
-    spread_headings(belief, box, 0.1, np.zeros((2, 2), np.int64))
+    shift_layers(belief, area, np.ones((2, 2), np.int64))
+    spread_layers(belief, area, 0.1)
+    spread_headings(belief, area, 0.1, np.zeros((2, 2), np.int64))
     _warm_up_resting(belief, area, prior)
 
 
@@ -92,7 +100,7 @@ def _scan() -> Scan:
     return Scan(starts, costs, 4, np.ones(MOST_COST + 1, np.float32))
 
 
-def _warm_up_weighing(belief: NDArray[np.float32], area: Admissible, prior: Prior) -> None:
+def _warm_up_weighing(belief: NDArray[np.float32], area: Area, prior: Prior) -> None:
     levels, directions = np.zeros((2, 3, 3), np.uint8), np.zeros((2, 1), np.int64)
     runs = weigh_prior(belief, area, prior)
     weigh_scan(belief, area, prior, _scan())
@@ -102,17 +110,16 @@ def _warm_up_weighing(belief: NDArray[np.float32], area: Admissible, prior: Prio
     weigh_visibility(belief, area, runs, sight)
 
 
-def _warm_up_resting(belief: NDArray[np.float32], area: Admissible, prior: Prior) -> None:
+def _warm_up_resting(belief: NDArray[np.float32], area: Area, prior: Prior) -> None:
     counts = np.ones((SIDE, SIDE, 2, 2), np.float32)
-    mass, peak = np.ones((2, 2, 2), np.float32), np.ones((2, 2, 2), np.float32)
-    tiles = Tiles(mass, peak, np.zeros((2, 2), np.int64), counts)
-    boxes, chosen = np.array([[0, 3, 0, 3]]), np.array([[0, 1, 1]])
+    tiles = Tiles(np.ones((2, 2, 2), np.float32), np.zeros((2, 2), np.int64), counts)
+    chosen = np.array([[0, 1, 1]])
     weigh_tiles(tiles, prior, _scan(), np.ones((2, 2, 2), np.float32))
     limit_of(tiles.mass, 1.0)
     best_fits(tiles, chosen, area.mask, _scan())
     wake_tiles(belief, tiles, chosen, area.mask, _scan())
-    sum_tiles(belief, boxes, tiles.phases, mass)
-    boxes_of(retire(belief, boxes, tiles, mass, 0.0))
+    sums = sum_tiles(belief, area, tiles, sum_runs(belief, area).mass)
+    runs_of_blocks(retire(belief, area, tiles, sums, 0.0), 3, 3)
     open_tiles(belief, tiles, area.mask)
-    spread_tiles(tiles, 0.1)
+    spread_tiles(tiles.mass, 0.1)
     spread_tile_headings(tiles, 0.1, np.zeros((2, 2), np.int64))

@@ -1,88 +1,97 @@
-"""Passes that move and spread the belief inside a box: row, end row, column, end column.
+"""Passes that move and spread the belief inside an area.
 
-A box is wide enough to hold all that moves in it: outside it, within the map, there is nothing.
+The area is wide enough to hold all that moves in it: outside it there is nothing.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
+from pilotage.localizer.kernels.areas import Area
 
 Belief = NDArray[np.float32]
 """(headings, rows, cols), one layer per heading."""
 
+Layer = NDArray[np.float32]
 Row = NDArray[np.float32]
+Places = NDArray[np.int64]
+"""(n, 3) row, first and last + 1 column of runs in one layer."""
 
 
 @kernel
-def shift_layers(belief: Belief, box: NDArray[np.int64], whole: NDArray[np.int64]) -> None:
-    """Move each layer by `whole` (headings, 2) rows and columns; what leaves the box is lost."""
+def shift_layers(belief: Belief, area: Area, cells: NDArray[np.int64]) -> None:
+    """Move each layer by `cells` (headings, 2) rows and columns; what leaves the grid is lost."""
     for k in range(len(belief)):
-        if whole[k, 0] != 0 or whole[k, 1] != 0:
-            _shift_layer(belief[k], box, whole[k, 0], whole[k, 1])
+        if cells[k, 0] != 0 or cells[k, 1] != 0:
+            places = area.runs[area.starts[k] : area.starts[k + 1]]
+            _shift_layer(belief[k], places, cells[k, 0], cells[k, 1])
 
 
 @kernel
-def _shift_layer(layer: NDArray[np.float32], box: NDArray[np.int64], up: int, right: int) -> None:
-    """Move a layer in place, rows that are read going before those that are written."""
-    low, high, left, end = box
-    for i in range(high - low):
-        row = high - 1 - i if up > 0 else low + i
+def _shift_layer(layer: Layer, places: Places, up: int, right: int) -> None:
+    """Move a layer in place, those runs first that others are read from."""
+    rows, cols = layer.shape
+    backwards = up > 0 or (up == 0 and right > 0)
+    for i in range(len(places)):
+        row, first, last = places[len(places) - 1 - i if backwards else i]
         source = row - up
-        if source < low or source >= high or abs(right) >= end - left:
-            layer[row, left:end] = np.float32(0.0)
+        start, end = max(first, right), min(last, cols + right)
+        if source < 0 or source >= rows or start >= end:
+            layer[row, first:last] = np.float32(0.0)
         else:
-            _shift_row(layer[row, left:end], layer[source, left:end], right)
+            _copy_row(layer[row, start:end], layer[source, start - right : end - right], right)
+            layer[row, first:start] = np.float32(0.0)
+            layer[row, end:last] = np.float32(0.0)
 
 
 @kernel
-def _shift_row(target: Row, source: Row, right: int) -> None:
-    """Copy a row `right` columns farther; source and target may be the same."""
-    cols = len(target)
-    if right >= 0:
-        for i in range(cols - 1, right - 1, -1):
-            target[i] = source[i - right]
-        target[:right] = np.float32(0.0)
+def _copy_row(target: Row, source: Row, right: int) -> None:
+    """Copy a row that may lie in the same memory, `right` places on."""
+    if right > 0:
+        for i in range(len(target) - 1, -1, -1):
+            target[i] = source[i]
     else:
-        for i in range(cols + right):
-            target[i] = source[i - right]
-        target[cols + right :] = np.float32(0.0)
+        for i in range(len(target)):
+            target[i] = source[i]
 
 
 @kernel
-def spread_layers(belief: Belief, box: NDArray[np.int64], share: float) -> None:
+def spread_layers(belief: Belief, area: Area, share: float) -> None:
     """Give `share` of each cell to each of its neighbours above, below, left and right.
 
-    Per axis this is a step of diffusion of variance 2 * share cells^2. At the box's edge the
+    Per axis this is a step of diffusion of variance 2 * share cells^2. At the grid's edge the
     share that would leave stays.
     """
-    low, high, left, end = box
+    rows, cols = belief.shape[1:]
     shares = np.float32(1.0 - 2.0 * share), np.float32(share)
-    rows = np.empty((3, end - left), np.float32)
+    along = np.zeros((rows, cols), np.float32)
     for k in range(len(belief)):
-        _blend_along(rows[0], belief[k, low, left:end], shares)
-        rows[2] = rows[0]
-        for row in range(low, high):
-            i = row - low
-            before, here, after = rows[(i + 2) % 3], rows[i % 3], rows[(i + 1) % 3]
-            if row + 1 < high:
-                _blend_along(after, belief[k, row + 1, left:end], shares)
-            else:
-                after[:] = here
-            _blend(belief[k, row, left:end], before, here, after, shares)
+        layer, places = belief[k], area.runs[area.starts[k] : area.starts[k + 1]]
+        for row, first, last in places:
+            _blend_along(along[row], layer[row], first, last, shares)
+        for row, first, last in places:
+            before, after = along[max(row - 1, 0)], along[min(row + 1, rows - 1)]
+            here = along[row, first:last]
+            _blend(layer[row, first:last], before[first:last], here, after[first:last], shares)
+        for row, first, last in places:
+            along[row, first:last] = np.float32(0.0)
 
 
 @kernel
-def _blend_along(target: Row, row: Row, shares: tuple[np.float32, np.float32]) -> None:
-    """Set `target` to the row, spread along itself."""
+def _blend_along(
+    target: Row, row: Row, first: int, last: int, shares: tuple[np.float32, np.float32]
+) -> None:
+    """Set a run of `target` to that of the row, spread along it."""
     keep, give = shares
-    last = len(row) - 1
-    if last == 0:
-        target[0] = row[0]
-        return
-    _blend(target[1:last], row[: last - 1], row[1:last], row[2:], shares)
-    target[0] = (keep + give) * row[0] + give * row[1]
-    target[last] = (keep + give) * row[last] + give * row[last - 1]
+    cols = len(row)
+    start, end = max(first, 1), min(last, cols - 1)
+    if start < end:
+        before, after = row[start - 1 : end - 1], row[start + 1 : end + 1]
+        _blend(target[start:end], before, row[start:end], after, shares)
+    if first == 0:
+        target[0] = (keep + give) * row[0] + give * row[min(1, cols - 1)]
+    if last == cols and cols > 1:
+        target[cols - 1] = (keep + give) * row[cols - 1] + give * row[cols - 2]
 
 
 @kernel
@@ -95,44 +104,55 @@ def _blend(
 
 
 @kernel
-def spread_headings(
-    belief: Belief, box: NDArray[np.int64], share: float, shifts: NDArray[np.int64]
-) -> None:
+def spread_headings(belief: Belief, area: Area, share: float, shifts: NDArray[np.int64]) -> None:
     """Give `share` of each layer to the next and to the last one, all the way round.
 
     `shifts` (headings, 2) says by how many rows and cols the layer k + 1 lies farther than k
-    (layers move apart by parts of a cell, see markov_grid).
+    (layers move apart by parts of a cell, see layers).
     """
-    headings = len(belief)
-    low, high, left, end = box
-    keep, give = np.float32(1.0 - 2.0 * share), np.float32(share)
-    first = belief[0, low:high, left:end].copy()
-    before = belief[headings - 1, low:high, left:end].copy()
-    current = np.empty((high - low, end - left), np.float32)
+    headings, rows, cols = belief.shape
+    shares = np.float32(1.0 - 2.0 * share), np.float32(share)
+    # Copies of layers, empty but for their areas.
+    first, before = np.zeros((rows, cols), np.float32), np.zeros((rows, cols), np.float32)
+    current = np.zeros((rows, cols), np.float32)
+    _copy_layer(first, belief[0], area.runs[area.starts[0] : area.starts[1]])
+    _copy_layer(before, belief[-1], area.runs[area.starts[headings - 1] :])
     for k in range(headings):
-        ahead, behind = shifts[k], shifts[k - 1]
-        for row in range(high - low):
-            target = belief[k, low + row, left:end]
-            current[row] = target
-            _scale_row(target, keep)
-            last, following = row + behind[0], row - ahead[0]
-            if 0 <= last < high - low:
-                _add_shifted(target, before[last], behind[1], give)
-            if 0 <= following < high - low:
-                after = first[following]
-                if k + 1 < headings:
-                    after = belief[k + 1, low + following, left:end]
-                _add_shifted(target, after, -ahead[1], give)
+        places = area.runs[area.starts[k] : area.starts[k + 1]]
+        after = first if k == headings - 1 else belief[k + 1]
+        for row, start, end in places:
+            target = belief[k, row, start:end]
+            current[row, start:end] = target
+            _scale_row(target, shares[0])
+            _add_shifted(target, (row, start), before, shifts[k - 1], shares[1])
+            _add_shifted(target, (row, start), after, -shifts[k], shares[1])
+        last = (k - 1) % headings
+        _clear_layer(before, area.runs[area.starts[last] : area.starts[last + 1]])
         before, current = current, before
 
 
 @kernel
-def _add_shifted(target: Row, other: Row, right: int, give: np.float32) -> None:
-    """Add `give` times another row, read from `right` columns on."""
-    cols = len(target)
-    first, last = max(0, -right), min(cols, cols - right)
-    if first < last:
-        _add_row(target[first:last], other[first + right : last + right], give)
+def _copy_layer(target: Layer, source: Layer, places: Places) -> None:
+    for row, first, last in places:
+        target[row, first:last] = source[row, first:last]
+
+
+@kernel
+def _clear_layer(layer: Layer, places: Places) -> None:
+    for row, first, last in places:
+        layer[row, first:last] = np.float32(0.0)
+
+
+@kernel
+def _add_shifted(
+    target: Row, at: tuple[int, int], other: Layer, off: NDArray[np.int64], give: np.float32
+) -> None:
+    """Add `give` times what another layer holds `off` (2,) beyond a run that begins `at` a cell."""
+    rows, cols = other.shape
+    row, column = at[0] + off[0], at[1] + off[1]
+    first, last = max(0, -column), min(len(target), cols - column)
+    if 0 <= row < rows and first < last:
+        _add_row(target[first:last], other[row, column + first : column + last], give)
 
 
 @kernel

@@ -1,11 +1,8 @@
 """Passes over what is not worked on state by state: masses of tiles of SIDE x SIDE states.
 
 Tile (row, col) of a layer holds the states from SIDE * (row - 1) + phase on, the phase being the
-layer's own: so tiles move with their layer by whole cells, and no mass changes its tile.
-
-Two upper bounds are kept: of what a tile's states weigh together, and of what its heaviest state
-weighs. Spreading can only raise the first, as nobody knows where in a tile its mass lies, and
-never the largest of the second; but the second says little of a tile with a single heavy state.
+layer's own: so tiles move with their layer by whole cells, and no mass changes its tile. A tile's
+mass is an upper bound of what its states weigh together.
 """
 
 from typing import NamedTuple
@@ -14,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
-from pilotage.localizer.kernels.areas import Prior
+from pilotage.localizer.kernels.areas import Area, Prior
 from pilotage.localizer.kernels.costs import Scan, padded, sum_costs
 
 Belief = NDArray[np.float32]
@@ -28,13 +25,12 @@ SIDE = 8
 class Tiles(NamedTuple):
     """Tiles over the layers of a belief.
 
-    `mass` and `peak`: (headings, tile rows, tile cols), of all states and of the heaviest one.
-    `phases`: (headings, 2) in rows and columns, from 0 to SIDE - 1. `counts`: (SIDE, SIDE, tile
-    rows, tile cols) admissible states of each tile, by phase.
+    `mass`: (headings, tile rows, tile cols). `phases`: (headings, 2) in rows and columns, from 0
+    to SIDE - 1. `counts`: (SIDE, SIDE, tile rows, tile cols) admissible states of each tile, by
+    phase.
     """
 
     mass: NDArray[np.float32]
-    peak: NDArray[np.float32]
     phases: NDArray[np.int64]
     counts: NDArray[np.float32]
 
@@ -57,36 +53,21 @@ def weigh_tiles(tiles: Tiles, prior: Prior, scan: Scan, fit: NDArray[np.float32]
         for row in range(rows):
             first = row * scan.width
             _look_up(fit[k, row], total[first : first + cols], scan.likelihood)
-            _weigh_peaks(tiles.peak[k, row], fit[k, row], gain, floor)
-            _weigh_masses(
-                tiles.mass[k, row], tiles.peak[k, row], counts[row], fit[k, row], (gain, floor)
-            )
+            _weigh_row(tiles.mass[k, row], counts[row], fit[k, row], gain, floor)
 
 
 @kernel
-def _look_up(
-    fit: NDArray[np.float32], total: NDArray[np.uint16], likelihood: NDArray[np.float32]
-) -> None:
+def _look_up(fit: Row, total: NDArray[np.uint16], likelihood: Row) -> None:
     for i in range(len(fit)):
         fit[i] = likelihood[total[i]]
 
 
 @kernel
-def _weigh_peaks(peak: Row, fit: Row, gain: np.float32, floor: np.float32) -> None:
-    for i in range(len(peak)):
-        peak[i] = (peak[i] * gain + floor) * fit[i]
-
-
-@kernel
-def _weigh_masses(
-    mass: Row, peak: Row, counts: Row, fit: Row, gain_floor: tuple[np.float32, np.float32]
-) -> None:
-    gain, floor = gain_floor
+def _weigh_row(mass: Row, counts: Row, fit: Row, gain: np.float32, floor: np.float32) -> None:
     for i in range(len(mass)):
-        value = (mass[i] * gain + floor * counts[i]) * fit[i]
-        # Also clears tiles of walls, which hold nothing, whatever has been counted into them.
-        mass[i] = min(value, counts[i] * peak[i])
-        peak[i] = min(peak[i], mass[i])  # no state is heavier than its tile
+        # A tile of walls holds nothing, whatever has been counted into it.
+        filled = min(counts[i], np.float32(1.0))
+        mass[i] = (mass[i] * gain + floor * counts[i]) * filled * fit[i]
 
 
 @kernel
@@ -98,7 +79,7 @@ def limit_of(mass: NDArray[np.float32], budget: float) -> float:
     for i in range(mass.size):
         by_exponent[bits[i] >> 23] += flat[i]
     below, exponent = 0.0, 0
-    while exponent < 255 and below + by_exponent[exponent] <= budget:
+    while exponent < 254 and below + by_exponent[exponent] <= budget:
         below += by_exponent[exponent]
         exponent += 1
     return 2.0 ** (exponent - 127)
@@ -133,17 +114,15 @@ def wake_tiles(
     total = np.empty(SIDE * SIDE, np.uint16)
     for i in range(len(chosen)):
         k, row, col = _first_state(tiles.phases, chosen[i])
-        mass = tiles.mass[chosen[i, 0], chosen[i, 1], chosen[i, 2]]
-        tiles.mass[chosen[i, 0], chosen[i, 1], chosen[i, 2]] = 0.0
-        tiles.peak[chosen[i, 0], chosen[i, 1], chosen[i, 2]] = 0.0
-        count = tiles.counts[tiles.phases[k, 0], tiles.phases[k, 1], chosen[i, 1], chosen[i, 2]]
-        if count > 0.0:
-            _sum_tile_costs(total, scan, k, row * scan.width + col)
-            for up in range(max(0, -row), min(SIDE, len(mask) - row)):
-                for right in range(max(0, -col), min(SIDE, mask.shape[1] - col)):
-                    share = mass / count * mask[row + up, col + right]
-                    fit = scan.likelihood[total[SIDE * up + right]]
-                    belief[k, row + up, col + right] += share * fit
+        tile_row, tile_col = chosen[i, 1], chosen[i, 2]
+        count = tiles.counts[tiles.phases[k, 0], tiles.phases[k, 1], tile_row, tile_col]
+        share = tiles.mass[k, tile_row, tile_col] / max(count, np.float32(1.0))
+        tiles.mass[k, tile_row, tile_col] = np.float32(0.0)
+        _sum_tile_costs(total, scan, k, row * scan.width + col)
+        for up in range(max(0, -row), min(SIDE, len(mask) - row)):
+            for right in range(max(0, -col), min(SIDE, mask.shape[1] - col)):
+                fit = mask[row + up, col + right] * scan.likelihood[total[SIDE * up + right]]
+                belief[k, row + up, col + right] += share * fit
 
 
 @kernel
@@ -202,28 +181,31 @@ def open_tiles(belief: Belief, tiles: Tiles, mask: NDArray[np.float32]) -> None:
         for row in range(rows):
             tile_row = (row + SIDE - up) // SIDE
             for col in range(len(share)):
-                count = counts[tile_row, col]
-                mass = tiles.mass[k, tile_row, col]
-                share[col] = mass / count if count > 0.0 else np.float32(0.0)
+                share[col] = tiles.mass[k, tile_row, col] / max(
+                    counts[tile_row, col], np.float32(1.0)
+                )
             for col in range(cols):
                 belief[k, row, col] += share[(col + SIDE - right) // SIDE] * mask[row, col]
     tiles.mass[:] = np.float32(0.0)
-    tiles.peak[:] = np.float32(0.0)
 
 
 @kernel
-def sum_tiles(
-    belief: Belief, boxes: NDArray[np.int64], phases: NDArray[np.int64], sums: NDArray[np.float32]
-) -> None:
-    """Add to `sums` (headings, tile rows, tile cols) what boxes (n, 4) hold in each tile."""
-    for low, high, left, end in boxes:
-        for k in range(len(belief)):
-            up, right = phases[k]
-            for row in range(low, high):
+def sum_tiles(belief: Belief, area: Area, tiles: Tiles, runs: NDArray[np.float64]) -> Row:
+    """Return what the states hold in each tile (headings, tile rows, tile cols).
+
+    `runs` (n,) are the sums of the area's runs: those that hold nothing are passed over.
+    """
+    sums = np.zeros(tiles.mass.shape, np.float32)
+    for k in range(len(belief)):
+        up, right = tiles.phases[k]
+        for i in range(area.starts[k], area.starts[k + 1]):
+            row, left, end = area.runs[i]
+            if runs[i] > 0.0:
                 of_row = sums[k, (row + SIDE - up) // SIDE]
                 for first in range(left - (left - right) % SIDE, end, SIDE):
                     piece = belief[k, row, max(left, first) : min(end, first + SIDE)]
                     of_row[(first + SIDE - right) // SIDE] += _sum(piece)
+    return sums
 
 
 @kernel
@@ -236,154 +218,93 @@ def _sum(piece: Row) -> np.float32:
 
 @kernel
 def retire(
-    belief: Belief,
-    boxes: NDArray[np.int64],
-    tiles: Tiles,
-    sums: NDArray[np.float32],
-    limit: float,
+    belief: Belief, area: Area, tiles: Tiles, sums: NDArray[np.float32], limit: float
 ) -> NDArray[np.bool_]:
-    """Move from the states to the tiles what boxes (n, 4) hold in tiles of at most `limit`.
+    """Move from the states to the tiles what the area holds in tiles of at most `limit`.
 
-    `sums` are those of `sum_tiles`. Return which blocks, SIDE x SIDE cells of the grid, still
-    hold something.
+    `sums` are those of `sum_tiles`. Return which blocks (headings, rows, cols), SIDE x SIDE cells
+    of the grid, still hold something.
     """
-    rows, cols = belief.shape[1:]
-    is_kept = np.zeros(((rows + SIDE - 1) // SIDE, (cols + SIDE - 1) // SIDE), np.bool_)
-    for low, high, left, end in boxes:
-        for k in range(len(belief)):
-            up, right = tiles.phases[k]
-            for row in range(low, high):
-                tile_row = (row + SIDE - up) // SIDE
-                for first in range(left - (left - right) % SIDE, end, SIDE):
-                    tile_col = (first + SIDE - right) // SIDE
-                    start, stop = max(left, first), min(end, first + SIDE)
-                    if sums[k, tile_row, tile_col] > limit:
-                        is_kept[row // SIDE, start // SIDE] = True
-                        is_kept[row // SIDE, (stop - 1) // SIDE] = True
-                    elif sums[k, tile_row, tile_col] > 0.0:
-                        mass = _sum(belief[k, row, start:stop])
-                        tiles.mass[k, tile_row, tile_col] += mass
-                        # What the tile holds already may lie in the same state.
-                        tiles.peak[k, tile_row, tile_col] += mass
-                        belief[k, row, start:stop] = np.float32(0.0)
+    headings, rows, cols = belief.shape
+    blocks = (headings, (rows + SIDE - 1) // SIDE, (cols + SIDE - 1) // SIDE)
+    is_kept = np.zeros(blocks, np.bool_)
+    for k in range(headings):
+        up, right = tiles.phases[k]
+        for row, left, end in area.runs[area.starts[k] : area.starts[k + 1]]:
+            tile_row = (row + SIDE - up) // SIDE
+            for first in range(left - (left - right) % SIDE, end, SIDE):
+                tile_col = (first + SIDE - right) // SIDE
+                start, stop = max(left, first), min(end, first + SIDE)
+                held = sums[k, tile_row, tile_col]
+                if held > limit:
+                    is_kept[k, row // SIDE, start // SIDE] = True
+                    is_kept[k, row // SIDE, (stop - 1) // SIDE] = True
+                elif held > 0.0:
+                    tiles.mass[k, tile_row, tile_col] += _sum(belief[k, row, start:stop])
+                    belief[k, row, start:stop] = np.float32(0.0)
     return is_kept
 
 
 @kernel
-def spread_tiles(tiles: Tiles, share: float) -> None:
-    """Bound what is left in each tile when states give `share` above, below, left and right.
+def spread_tiles(mass: NDArray[np.float32], share: float) -> None:
+    """Give each tile `share` of each of its neighbours above, below, left and right.
 
-    Only states at a tile's edge pass anything to the next one, but they may hold all of it; and
-    no state has neighbours in the tiles on both sides.
+    Only states at its edge can pass anything on, but they may hold all of it.
     """
-    headings, rows, cols = tiles.mass.shape
+    headings, rows, cols = mass.shape
     give = np.float32(share)
     before = np.empty((rows, cols), np.float32)
     for k in range(headings):
-        mass, peak = tiles.mass[k], tiles.peak[k]
-        before[:] = mass
+        layer = mass[k]
+        before[:] = layer
         for row in range(rows):
             if row > 0:
-                _add_row(mass[row], before[row - 1], give)
+                _add_row(layer[row], before[row - 1], give)
             if row + 1 < rows:
-                _add_row(mass[row], before[row + 1], give)
-        before[:] = mass
+                _add_row(layer[row], before[row + 1], give)
+        before[:] = layer
         for row in range(rows):
-            _add_row(mass[row, 1:], before[row, :-1], give)
-            _add_row(mass[row, :-1], before[row, 1:], give)
-        before[:] = peak
-        for row in range(rows):
-            below, above = before[max(0, row - 1)], before[min(rows - 1, row + 1)]
-            _raise_row(peak[row], before[row], below, above, give)
-        before[:] = peak
-        for row in range(rows):
-            here = before[row]
-            _raise_row(peak[row, 1:-1], here[1:-1], here[:-2], here[2:], give)
-            peak[row, 0] += give * max(np.float32(0.0), here[1] - here[0])
-            peak[row, -1] += give * max(np.float32(0.0), here[-2] - here[-1])
-
-
-@kernel
-def _raise_row(target: Row, here: Row, before: Row, after: Row, give: np.float32) -> None:
-    """Set each value to what it can become by `give` of the larger of its neighbours."""
-    for i in range(len(target)):
-        most = max(here[i], before[i], after[i])
-        target[i] = here[i] + give * (most - here[i])
+            _add_row(layer[row, 1:], before[row, :-1], give)
+            _add_row(layer[row, :-1], before[row, 1:], give)
 
 
 @kernel
 def spread_tile_headings(tiles: Tiles, share: float, shifts: NDArray[np.int64]) -> None:
-    """Bound what is left in each tile when states give `share` to the neighbouring layers.
+    """Give each tile `share` of all tiles of the neighbouring layers that reach into it.
 
     `shifts` as in `spread_headings`; a tile that only partly reaches in counts as a whole.
     """
-    headings, rows, cols = tiles.mass.shape
-    masses, peaks = tiles.mass.copy(), tiles.peak.copy()
-    reaching = np.empty((rows, cols), np.float32)
+    headings = len(tiles.mass)
+    before = tiles.mass.copy()
     keep, give = np.float32(1.0 - 2.0 * share), np.float32(share)
     for k in range(headings):
         ahead, behind = (k + 1) % headings, (k - 1) % headings
         tiles.mass[k] *= keep
-        tiles.peak[k] *= keep
-        to_ahead = tiles.phases[k] - tiles.phases[ahead] - shifts[k]
-        to_behind = tiles.phases[k] - tiles.phases[behind] + shifts[behind]
-        for other, apart in ((ahead, to_ahead), (behind, to_behind)):
-            _sum_reaching(reaching, masses[other], apart)
-            _add_layer(tiles.mass[k], reaching, give)
-            _largest_reaching(reaching, peaks[other], apart)
-            _add_layer(tiles.peak[k], reaching, give)
+        apart = tiles.phases[k] - tiles.phases[ahead] - shifts[k]
+        _add_reaching(tiles.mass[k], before[ahead], apart, give)
+        apart = tiles.phases[k] - tiles.phases[behind] + shifts[behind]
+        _add_reaching(tiles.mass[k], before[behind], apart, give)
 
 
 @kernel
-def _add_layer(target: NDArray[np.float32], source: NDArray[np.float32], give: np.float32) -> None:
-    for row in range(len(target)):
-        _add_row(target[row], source[row], give)
-
-
-@kernel
-def _sum_reaching(
-    target: NDArray[np.float32], other: NDArray[np.float32], apart: NDArray[np.int64]
+def _add_reaching(
+    target: NDArray[np.float32],
+    other: NDArray[np.float32],
+    apart: NDArray[np.int64],
+    give: np.float32,
 ) -> None:
-    """Set `target` to the sums of the up to four tiles that lie `apart` (2,) states off."""
-    target[:] = np.float32(0.0)
+    """Add `give` times the up to four tiles of another layer that lie `apart` (2,) states off."""
     rows, cols = target.shape
+    up, right = apart[0] // SIDE, apart[1] // SIDE
+    end_up, end_right = -(-apart[0] // SIDE) + 1, -(-apart[1] // SIDE) + 1
     for row in range(rows):
-        for source in _reached(row, apart[0], rows):
-            for aside in range(apart[1] // SIDE, -(-apart[1] // SIDE) + 1):
+        for source in range(max(0, row + up), min(rows, row + end_up)):
+            for aside in range(right, end_right):
                 first, last = max(0, -aside), min(cols, cols - aside)
                 if first < last:
                     _add_row(
-                        target[row, first:last],
-                        other[source, first + aside : last + aside],
-                        np.float32(1.0),
+                        target[row, first:last], other[source, first + aside : last + aside], give
                     )
-
-
-@kernel
-def _largest_reaching(
-    target: NDArray[np.float32], other: NDArray[np.float32], apart: NDArray[np.int64]
-) -> None:
-    """Set `target` to the largest of the up to four tiles that lie `apart` (2,) states off."""
-    target[:] = np.float32(0.0)
-    rows, cols = target.shape
-    for row in range(rows):
-        for source in _reached(row, apart[0], rows):
-            for aside in range(apart[1] // SIDE, -(-apart[1] // SIDE) + 1):
-                first, last = max(0, -aside), min(cols, cols - aside)
-                if first < last:
-                    _raise_to(target[row, first:last], other[source, first + aside : last + aside])
-
-
-@kernel
-def _reached(row: int, apart: int, rows: int) -> range:
-    """Return the rows of tiles that lie `apart` states off a row of tiles."""
-    return range(max(0, row + apart // SIDE), min(rows, row - (-apart // SIDE) + 1))
-
-
-@kernel
-def _raise_to(target: Row, source: Row) -> None:
-    for i in range(len(target)):
-        target[i] = max(target[i], source[i])
 
 
 @kernel
@@ -393,34 +314,37 @@ def _add_row(target: Row, source: Row, give: np.float32) -> None:
 
 
 @kernel
-def boxes_of(is_kept: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the boxes (n, 4), in blocks, round the kept blocks that touch, corners too."""
-    rows, cols = is_kept.shape
-    left_over, stack = is_kept.copy(), [(0, 0)]
-    boxes = np.empty((rows * cols, 4), np.int64)
+def runs_of_blocks(
+    is_active: NDArray[np.bool_], rows: int, cols: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return runs and starts, as in Area, of the active blocks (headings, rows, cols)."""
+    headings, block_rows, block_cols = is_active.shape
+    stretches = np.empty((headings * block_rows * (block_cols // 2 + 1), 2), np.int64)
+    runs = np.empty((SIDE * len(stretches), 3), np.int64)
+    starts = np.zeros(headings + 1, np.int64)
     count = 0
-    for row in range(rows):
-        for col in range(cols):
-            if left_over[row, col]:
-                boxes[count] = np.array([row, row + 1, col, col + 1])
-                stack.append((row, col))
-                left_over[row, col] = False
-                while len(stack) > 1:
-                    _take_block(stack, left_over, boxes[count])
-                count += 1
-    return boxes[:count]
+    for k in range(headings):
+        for block_row in range(block_rows):
+            found = _find_stretches(is_active[k, block_row], stretches)
+            for row in range(SIDE * block_row, min(SIDE * (block_row + 1), rows)):
+                for i in range(found):
+                    runs[count, 0] = row
+                    runs[count, 1] = SIDE * stretches[i, 0]
+                    runs[count, 2] = min(SIDE * stretches[i, 1], cols)
+                    count += 1
+        starts[k + 1] = count
+    return runs[:count].copy(), starts
 
 
 @kernel
-def _take_block(
-    stack: list[tuple[int, int]], left_over: NDArray[np.bool_], box: NDArray[np.int64]
-) -> None:
-    """Widen the box by the block on top of the stack, and put its neighbours there instead."""
-    row, col = stack.pop()
-    box[0], box[1] = min(box[0], row), max(box[1], row + 1)
-    box[2], box[3] = min(box[2], col), max(box[3], col + 1)
-    for r in range(max(0, row - 1), min(len(left_over), row + 2)):
-        for c in range(max(0, col - 1), min(left_over.shape[1], col + 2)):
-            if left_over[r, c]:
-                left_over[r, c] = False
-                stack.append((r, c))
+def _find_stretches(is_active: NDArray[np.bool_], stretches: NDArray[np.int64]) -> int:
+    """Set the first rows of `stretches` to first and end of what is active; return how many."""
+    count, was_active = 0, False
+    for i in range(len(is_active)):
+        if is_active[i] and not was_active:
+            stretches[count, 0] = i
+            count += 1
+        if is_active[i]:
+            stretches[count - 1, 1] = i + 1
+        was_active = is_active[i]
+    return count

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel, reduction
-from pilotage.localizer.kernels.areas import Admissible, Runs
+from pilotage.localizer.kernels.areas import Area, Runs
 
 Belief = NDArray[np.float32]
 """(headings, rows, cols), one layer per heading."""
@@ -13,15 +13,14 @@ LOG_FIT_0, LOG_FIT_1, LOG_FIT_2 = np.float32(0.438073), np.float32(-0.236693), n
 
 
 @kernel
-def sum_runs(belief: Belief, admissible: Admissible) -> Runs:
+def sum_runs(belief: Belief, area: Area) -> Runs:
     """Return the sum and maximum of each run."""
-    headings, count = len(belief), len(admissible.runs)
-    mass = np.zeros((headings, count))
-    peak = np.zeros((headings, count), np.float32)
-    for k in range(headings):
-        for i in range(count):
-            row, first, last = admissible.runs[i]
-            mass[k, i], peak[k, i] = _sum_and_peak(belief[k, row, first:last])
+    count = len(area.runs)
+    mass, peak = np.zeros(count), np.zeros(count, np.float32)
+    for k in range(len(belief)):
+        for i in range(area.starts[k], area.starts[k + 1]):
+            row, first, last = area.runs[i]
+            mass[i], peak[i] = _sum_and_peak(belief[k, row, first:last])
     return Runs(mass, peak)
 
 
@@ -36,15 +35,15 @@ def _sum_and_peak(run: NDArray[np.float32]) -> tuple[float, np.float32]:
 
 @kernel
 def sum_headings(
-    belief: Belief, admissible: Admissible, mass: NDArray[np.float64], least: float
+    belief: Belief, area: Area, mass: NDArray[np.float64], least: float
 ) -> NDArray[np.float32]:
     """Return the belief (rows, cols) summed over headings, runs lighter than `least` left out."""
     headings, rows, cols = belief.shape
     marginal = np.zeros((rows, cols), np.float32)
     for k in range(headings):
-        for i in range(len(admissible.runs)):
-            if mass[k, i] > least:
-                row, first, last = admissible.runs[i]
+        for i in range(area.starts[k], area.starts[k + 1]):
+            if mass[i] > least:
+                row, first, last = area.runs[i]
                 _add_row(marginal[row, first:last], belief[k, row, first:last], np.float32(1.0))
     return marginal
 
@@ -57,7 +56,7 @@ def _add_row(target: NDArray[np.float32], source: NDArray[np.float32], give: np.
 
 @kernel
 def sum_logarithms(
-    belief: Belief, bits: NDArray[np.int32], admissible: Admissible, mass: NDArray[np.float64]
+    belief: Belief, bits: NDArray[np.int32], area: Area, mass: NDArray[np.float64]
 ) -> float:
     """Return the sum of b log2 b over the belief; runs without mass add nothing.
 
@@ -65,9 +64,9 @@ def sum_logarithms(
     """
     total = 0.0
     for k in range(len(belief)):
-        for i in range(len(admissible.runs)):
-            if mass[k, i] > 0.0:
-                row, first, last = admissible.runs[i]
+        for i in range(area.starts[k], area.starts[k + 1]):
+            if mass[i] > 0.0:
+                row, first, last = area.runs[i]
                 total += _sum_run_logarithms(belief[k, row, first:last], bits[k, row, first:last])
     return total
 

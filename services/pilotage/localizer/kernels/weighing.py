@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel, reduction
-from pilotage.localizer.kernels.areas import Admissible, Prior, Runs
+from pilotage.localizer.kernels.areas import Area, Prior, Runs
 from pilotage.localizer.kernels.costs import Scan, padded, sum_costs
 
 Belief = NDArray[np.float32]
@@ -51,64 +51,56 @@ class Sight(NamedTuple):
 
 
 @kernel
-def weigh_prior(belief: Belief, area: Admissible, prior: Prior) -> Runs:
+def weigh_prior(belief: Belief, area: Area, prior: Prior) -> Runs:
     """Turn the belief into the prior of a measurement (eq. 8), zero where not admissible."""
     none = np.ones(belief.shape[2], np.float32)
-    runs = _no_runs(len(belief), len(area.runs))
+    runs = _no_runs(len(area.runs))
     for k in range(len(belief)):
         _clear(belief[k], area.gaps)
         gain_floor = _prior_of(prior, k)
-        for i in range(len(area.runs)):
+        for i in range(area.starts[k], area.starts[k + 1]):
             row, first, last = area.runs[i]
             run, mask = belief[k, row, first:last], area.mask[row, first:last]
-            runs.mass[k, i], runs.peak[k, i] = _apply(run, mask, none, gain_floor)
+            runs.mass[i], runs.peak[i] = _apply(run, mask, none, gain_floor)
     return runs
 
 
 @kernel
-def weigh_scan(belief: Belief, area: Admissible, prior: Prior, scan: Scan) -> Runs:
-    """Multiply the prior by the likelihood of a scan, state by state.
-
-    Without a floor (M1, or where a rest of the belief takes it) empty runs stay empty.
-    """
-    runs = _no_runs(len(belief), len(area.runs))
+def weigh_scan(belief: Belief, area: Area, prior: Prior, scan: Scan) -> Runs:
+    """Multiply the prior by the likelihood of a scan, state by state."""
+    runs = _no_runs(len(area.runs))
     total = np.empty(padded(belief.shape[2]), np.uint16)
-    floor_is_zero = prior.floor == 0.0
     for k in range(len(belief)):
         _clear(belief[k], area.gaps)
         gain_floor = _prior_of(prior, k)
-        for i in range(len(area.runs)):
+        for i in range(area.starts[k], area.starts[k + 1]):
             row, first, last = area.runs[i]
             run, mask = belief[k, row, first:last], area.mask[row, first:last]
-            if floor_is_zero and not _any_above(run, np.float32(0.0)):
-                continue
             costs = total[: padded(last - first)]
             sum_costs(costs, scan.starts[k], scan.costs, row * scan.width + first)
-            runs.mass[k, i], runs.peak[k, i] = _apply_costs(
-                run, mask, costs, scan.likelihood, gain_floor
-            )
+            runs.mass[i], runs.peak[i] = _apply_costs(run, mask, costs, scan.likelihood, gain_floor)
     return runs
 
 
 @kernel
-def weigh_ranges(belief: Belief, area: Admissible, prior: Prior, echoes: Echoes) -> Runs:
+def weigh_ranges(belief: Belief, area: Area, prior: Prior, echoes: Echoes) -> Runs:
     """Multiply the prior by each beam's likelihood of the expected range (eq. 14)."""
-    runs = _no_runs(len(belief), len(area.runs))
+    runs = _no_runs(len(area.runs))
     factors = np.empty(belief.shape[2], np.float32)
     for k in range(len(belief)):
         _clear(belief[k], area.gaps)
         gain_floor = _prior_of(prior, k)
-        for i in range(len(area.runs)):
+        for i in range(area.starts[k], area.starts[k + 1]):
             row, first, last = area.runs[i]
             run, mask = belief[k, row, first:last], area.mask[row, first:last]
             fit = factors[: last - first]
             _fit_of(fit, echoes, k, row, first)
-            runs.mass[k, i], runs.peak[k, i] = _apply(run, mask, fit, gain_floor)
+            runs.mass[i], runs.peak[i] = _apply(run, mask, fit, gain_floor)
     return runs
 
 
 @kernel
-def weigh_visibility(belief: Belief, area: Admissible, runs: Runs, sight: Sight) -> None:
+def weigh_visibility(belief: Belief, area: Area, runs: Runs, sight: Sight) -> None:
     """Multiply the belief by the likelihood of the number of beams that go through a wall.
 
     PIECEs of runs that hold no state above `sight.least` are left alone: what they could lose
@@ -116,8 +108,8 @@ def weigh_visibility(belief: Belief, area: Admissible, runs: Runs, sight: Sight)
     """
     through = np.empty(PIECE, np.uint8)
     for k in range(len(belief)):
-        for i in range(len(area.runs)):
-            if runs.peak[k, i] > sight.least:
+        for i in range(area.starts[k], area.starts[k + 1]):
+            if runs.peak[i] > sight.least:
                 row, first, last = area.runs[i]
                 mass, peak = 0.0, np.float32(0.0)
                 for start in range(first, last, PIECE):
@@ -128,12 +120,12 @@ def weigh_visibility(belief: Belief, area: Admissible, runs: Runs, sight: Sight)
                         _count_through(count, sight, k, row, start)
                         part, highest = _apply_count(piece, count, sight.likelihood)
                     mass, peak = mass + part, max(peak, highest)
-                runs.mass[k, i], runs.peak[k, i] = mass, peak
+                runs.mass[i], runs.peak[i] = mass, peak
 
 
 @kernel
-def _no_runs(headings: int, count: int) -> Runs:
-    return Runs(np.zeros((headings, count)), np.zeros((headings, count), np.float32))
+def _no_runs(count: int) -> Runs:
+    return Runs(np.zeros(count), np.zeros(count, np.float32))
 
 
 @kernel
@@ -146,14 +138,6 @@ def _prior_of(prior: Prior, k: int) -> tuple[np.float32, np.float32]:
 def _clear(layer: NDArray[np.float32], gaps: NDArray[np.int64]) -> None:
     for row, first, last in gaps:
         layer[row, first:last] = np.float32(0.0)
-
-
-@reduction
-def _any_above(run: NDArray[np.float32], least: np.float32) -> bool:
-    peak = np.float32(0.0)
-    for value in run:
-        peak = max(peak, value)
-    return bool(peak > least)
 
 
 @reduction
