@@ -45,7 +45,7 @@ ROUND = [(0.15, 0.0, -0.1)] * 6 + [(0.25, 0.0, 0.0)] * 6 + [(0.2, 0.0, 0.07)] * 
 """Steps (forward, left, turn) that lead from START through the door without touching a wall."""
 
 ANGLE_MIN, ANGLE_STEP, BEAMS, RANGE_MAX = -math.pi, math.tau / 90, 90, 12.0
-BEARINGS: NDArray[np.float64] = ANGLE_MIN + ANGLE_STEP * np.arange(BEAMS)
+BEARINGS: NDArray[np.float64] = ANGLE_MIN + ANGLE_STEP * np.arange(BEAMS, dtype=np.float64)
 
 COARSE = MarkovParams(grid=PoseGridParams(CELL, 36))
 """Few states, so that a test is quick; everything else as in service."""
