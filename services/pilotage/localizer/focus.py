@@ -42,9 +42,9 @@ class FocusParams:
     """
 
     least_states: int = 2_000_000
-    dropped: float = 1e-9
-    woken: float = 1e-7
-    most: float = 1e-3
+    dropped: float = 1e-11
+    woken: float = 1e-10
+    most: float = 1e-4
     most_floor: float = 1e-4
 
 

@@ -29,10 +29,7 @@ from pilotage.localizer.visibility import VisibilityParams, levels_allowed
 __all__ = ["FocusParams", "MarkovGrid", "MotionSpread"]
 
 NEGLIGIBLE = 1e-9
-"""Share of the belief below which a state need not be weighed down any further ..."""
-
-SLIGHT = 1e-3
-"""... nor one that is lighter than the heaviest by this factor: it will not be proposed."""
+"""Share of the belief below which a state need not be weighed down any further."""
 
 MOST_BEAMS = 1000
 """Costs of so many beams sum up within 16 bits."""
@@ -171,16 +168,15 @@ class MarkovGrid:
     ) -> None:
         """Weigh down states from which beams to `ends_base` (n, 2) would go through walls.
 
-        Only states of more than NEGLIGIBLE of the belief, and of SLIGHT of its heaviest state, are
-        looked at: the term is at most 1, so all others could only become still lighter.
+        Only states of more than NEGLIGIBLE of the belief (as `settle` last summed it) are looked
+        at: the term is at most 1, so all others could only become still lighter.
         """
         self._sum_up()
         allowed = levels_allowed(np.hypot(*ends_base.T), params)
         bearings = np.arctan2(*ends_base.T[::-1])
         directions = self._layers.directions_of(bearings, len(table.levels))
         factors = np.exp(-params.penalty * np.arange(MOST_SIGHTS + 1)).astype(np.float32)
-        peak = float(self.runs.peak.max(initial=0.0))
-        least = np.float32(max(NEGLIGIBLE * self.total, SLIGHT * peak))
+        least = np.float32(NEGLIGIBLE * self.total)
         for first in range(0, len(allowed), MOST_SIGHTS):
             some = slice(first, first + MOST_SIGHTS)
             ahead = np.ascontiguousarray(directions[:, some])

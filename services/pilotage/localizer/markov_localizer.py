@@ -14,6 +14,7 @@ from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.localizer.estimate import Estimate, Memory
+from pilotage.localizer.focus import FocusParams
 from pilotage.localizer.judge import Judge
 from pilotage.localizer.landmark_model import weigh_landmarks
 from pilotage.localizer.likelihood_field import LikelihoodFieldParams, likelihood_field
@@ -75,6 +76,7 @@ class MarkovParams:
     visibility: VisibilityParams = field(default_factory=VisibilityParams)
     ranges: RangeModelParams = field(default_factory=RangeModelParams)
     verdict: VerdictParams = field(default_factory=VerdictParams)
+    focus: FocusParams = FocusParams(dropped=1e-9, woken=1e-7, most=1e-3)
 
 
 class MarkovLocalizer:
@@ -97,7 +99,7 @@ class MarkovLocalizer:
         self.world = world
         self._landmarks = landmarks
         self._states = pose_grid(world, params.grid)
-        self.grid = MarkovGrid(self._states, params.spread)
+        self.grid = MarkovGrid(self._states, params.spread, params.focus)
         step = self._states.heading_step
         self._enclosed = enclosed(world)
         self._field = likelihood_field(self._enclosed, self._states.geometry, step, params.scan)
