@@ -27,11 +27,12 @@ from pilotage.localizer.obstacles import Obstacles
 CORRELATED = 0.15
 """Share of a beam's evidence that counts: its neighbours meet the same wall."""
 
-FLOOR = -14.0
+FLOOR = -25.0
 """No place falls farther below the best one [nat]: what a change of place has to make good."""
 
-LATE = -10.0
-"""What a place lacks [nat] that is proposed only after so many scans: it was not there before."""
+LATE, LATE_IN_NEED = -20.0, -6.0
+"""What a place lacks [nat] that is proposed only after so many scans, as it was not there before;
+and while the best place is not supported either."""
 
 HOPELESS = 16.0
 """A place with so much less evidence [nat] from the last scans is no longer followed ..."""
@@ -47,6 +48,9 @@ ODD_SCAN = -1.5
 
 KEPT_SCANS = 12
 """Last scans that a new place is held against."""
+
+SLIPPED_WAY, SLIPPED_TURN = 1.5, 0.4
+"""A place may have slipped so far [m, rad] from where the robot is."""
 
 SAME_WAY, SAME_TURN = 0.3, 0.15
 """Places nearer than this [m, rad] are one."""
@@ -235,20 +239,30 @@ class Hypotheses:
         self.places = self.places.with_others(new)
 
     def _share_of_new(self, new: Places) -> NDArray[np.float64]:
-        """Return the log-probability (m,) of new places: as old ones with the same evidence.
-
-        What was seen before the kept scans speaks for the old places only.
-        """
-        share: NDArray[np.float64] = new.recent.sum(axis=1)
+        """Return the log-probability (m,) of new places: as old ones with the same evidence."""
         if not len(self.places):
-            return share
-        best = int(np.argmax(self.places.log_share))
-        count = min(len(self._last), int(self.places.scans[best]))
-        recent: NDArray[np.float64] = new.recent[:, :count].sum(axis=1)
-        before = float(self.places.log_share[best] - self.places.recent[best, :count].sum())
-        if self.places.scans[best] > len(self._last):
-            before += LATE
-        return before + recent
+            return new.recent.sum(axis=1)
+        return np.array(
+            [self._share_beside(*one) for one in zip(new.poses, new.recent, strict=True)]
+        )
+
+    def _share_beside(self, pose: NDArray[np.float64], recent: NDArray[np.float64]) -> float:
+        """Return the log-probability of one new place, by the old one that it branched off from.
+
+        A place near an old one may be where that has slipped away from, along a corridor. One that
+        lies elsewhere was not there before: what was seen before the kept scans speaks
+        for the best one only.
+        """
+        places = self.places
+        near = _near(places.poses, pose, SLIPPED_WAY, SLIPPED_TURN)
+        old = int(
+            np.argmax(np.where(near, places.log_share, -np.inf) if near.any() else places.log_share)
+        )
+        count = min(len(self._last), int(places.scans[old]))
+        share = places.log_share[old] + recent[:count].sum() - places.recent[old, :count].sum()
+        if near.any() or places.scans[old] <= len(self._last):
+            return float(share)
+        return float(share + (LATE if self.support()[old] > 0.0 else LATE_IN_NEED))
 
     def _thin_out(self) -> None:
         """Order the places by probability; drop the hopeless and what has become one."""
