@@ -18,7 +18,7 @@ from pilotage.localizer import kernels
 from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.focus import Focus, FocusParams
 from pilotage.localizer.gaussian_start import gaussian_start
-from pilotage.localizer.kernels import Area, Echoes, Prior, Runs, Sight
+from pilotage.localizer.kernels import Area, Prior, Runs, Sight
 from pilotage.localizer.layers import Layers
 from pilotage.localizer.likelihood_field import LikelihoodField
 from pilotage.localizer.motion_spread import MotionSpread, SpreadDue
@@ -197,7 +197,7 @@ class MarkovGrid:
             table: expected ranges.
         """
         directions = self._layers.directions_of(bearings, len(table.levels))
-        echoes = Echoes(directions, table.levels, likelihoods)
+        echoes = kernels.echoes_of(directions, table.levels, likelihoods)
         prior, of_rest = self._take_prior()
         if not self._focus.rest.is_empty:
             self._focus.rest.begin(of_rest)
