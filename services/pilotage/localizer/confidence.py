@@ -15,30 +15,23 @@ MOST_AHEAD = 14.0
 MOST_SUPPORT = 0.5
 """Support [nat a beam] beyond which more makes no difference."""
 
-LONG_FOLLOWED = 12.0
-"""Scans after which a place was followed for long."""
-
 
 @dataclass(frozen=True)
 class Signs:
     """What speaks for the best place.
 
     `ahead`: log of its probability over that of all others [nat]; `support`: mean evidence of
-    what was new to see in the last scans [nat]; `fit`: usual mean evidence of a beam [nat];
-    `through`: share of beams that usually go through walls; `scans`: how many it was
-    followed for; `mass`: share of the belief there.
+    what was new to see in the last scans [nat a beam]; `mass`: share of the belief there.
     """
 
     ahead: float
     support: float
-    fit: float
-    through: float
-    scans: float
     mass: float
 
 
-WEIGHTS = Signs(ahead=0.5, support=2.0, fit=3.0, through=-5.0, scans=0.0, mass=1.0)
-BIAS = -1.0
+WEIGHTS = Signs(ahead=0.375, support=12.9, mass=7.6)
+BIAS = -2.6
+"""Found by tests/benchmarks/fit_confidence.py."""
 
 
 def confidence_of(signs: Signs) -> float:
@@ -55,8 +48,5 @@ def features(signs: Signs) -> tuple[float, ...]:
     return (
         min(max(signs.ahead, -MOST_AHEAD), MOST_AHEAD),
         min(max(signs.support, -MOST_SUPPORT), MOST_SUPPORT),
-        signs.fit,
-        signs.through,
-        float(np.log(min(max(signs.scans, 1.0), LONG_FOLLOWED))),
         signs.mass,
     )

@@ -205,9 +205,6 @@ class Judge:
         return Signs(
             ahead=float(np.log(share[0]) - np.log(max(others, 1e-9))),
             support=float(self._hypotheses.support()[0]),
-            fit=float(places.fit[0]),
-            through=float(places.through[0]),
-            scans=float(places.scans[0]),
             mass=float(weights[is_within(poses, places.poses[0])].sum()),
         )
 

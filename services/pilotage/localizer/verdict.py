@@ -1,7 +1,7 @@
 """Which of four words the estimate deserves: unknown, ambiguous, localized, lost.
 
-`localized` follows from the confidence alone, with two limits so that it does not flicker. Short
-of it, several likely places are `ambiguous`. A robot that was localized and is no longer anywhere
+`localized` follows from the confidence alone, which has to be high twice in a row; a lower limit
+keeps it, so that it does not flicker. Short of it, several likely places are `ambiguous`. A robot that was localized and is no longer anywhere
 in particular is `lost`; one that never was is `unknown`, as is one that is on its way back.
 """
 
@@ -15,13 +15,15 @@ State = Literal["unknown", "ambiguous", "localized", "lost"]
 class VerdictParams:
     """Parameters of the verdict.
 
-    `enter`, `stay`: confidence to become, and to stay, localized. `rival_mass`: places of this
+    `enter`, `stay`: confidence to become, and to stay, localized; `earned_by`: measurements in
+    a row that have to give it. `rival_mass`: places of this
     share are rivals; several make the belief ambiguous if they hold `named_mass` of it
     together. `hope`: confidence from which a lost robot is rather on its way back.
     """
 
-    enter: float = 0.97
-    stay: float = 0.7
+    enter: float = 0.93
+    stay: float = 0.5
+    earned_by: int = 2
     rival_mass: float = 0.10
     named_mass: float = 0.5
     hope: float = 0.3
@@ -34,10 +36,12 @@ class Verdict:
     params: VerdictParams = field(default_factory=VerdictParams)
     state: State = "unknown"
     _was_localized: bool = False
+    _in_a_row: int = 0
 
     def begin(self, *, was_localized: bool = False) -> None:
         """Begin anew: nothing is known; an earlier run may have known it."""
         self.state, self._was_localized = "unknown", was_localized
+        self._in_a_row = self.params.earned_by - 1 if was_localized else 0
 
     def judge(self, confidence: float, masses: list[float], *, surprise: bool) -> State:
         """Return the state after a measurement.
@@ -47,8 +51,10 @@ class Verdict:
             masses: of all places, by falling mass.
             surprise: whether the measurement contradicts the last best place.
         """
-        limit = self.params.stay if self.state == "localized" else self.params.enter
-        if confidence >= limit and not surprise:
+        is_high = confidence >= self.params.enter and not surprise
+        self._in_a_row = self._in_a_row + 1 if is_high else 0
+        stays = self.state == "localized" and confidence >= self.params.stay and not surprise
+        if stays or self._in_a_row >= self.params.earned_by:
             self.state, self._was_localized = "localized", True
         else:
             self.state = self._without_pose(confidence, masses, surprise=surprise)
