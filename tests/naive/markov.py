@@ -147,9 +147,9 @@ def range_likelihood(
 ) -> float:
     """Eq. 5 with outliers and silence, for one beam; `model` is delta, outlier, no_echo."""
     delta, outlier, no_echo = model
-    if math.isinf(measured) or measured >= range_max:
+    if math.isinf(measured) or measured == range_max:
         return 1.0 if expected >= range_max else no_echo
-    hit = math.exp(-((measured - expected) ** 2) / (2.0 * delta**2))
+    hit = math.exp(-((min(measured, range_max) - expected) ** 2) / (2.0 * delta**2))
     return outlier + (1.0 - outlier) * hit
 
 

@@ -215,6 +215,23 @@ def test_the_papers_floor_wakes_everything_at_every_scan() -> None:
     assert walk.difference() < 1e-6
 
 
+def test_corrections_without_scans_do_not_let_the_rest_grow() -> None:
+    """A compass alone weighs no tile: so everything is worked on again."""
+    walk = Walk(5, SMALL)
+    walk.begin_here()
+    for _ in range(3):
+        walk.go()
+        walk.look()
+    walk.go()
+    for _ in range(40):
+        for grid in (walk.whole, walk.focused):
+            grid.add_floor(1e-6, (float(walk.pose[2]), 0.05))
+            grid.settle()
+        walk.go()
+    assert walk.focused.rest_mass < 2.0 * SMALL.most
+    assert walk.difference() < 2.0 * SMALL.most
+
+
 def test_scaled_states_count_in_a_focused_belief_too() -> None:
     walk = Walk(3, SMALL)
     walk.begin_here()

@@ -76,6 +76,13 @@ def test_the_likeliest_expected_range_is_the_measured_one() -> None:
     assert (likelihood > 0.0).all()
 
 
+def test_an_echo_from_beyond_the_reach_of_the_table_tells_of_a_far_wall() -> None:
+    """A sensor ahead of the robot's centre hears walls that the table no longer holds."""
+    far = range_likelihoods(np.array([4.1]), 4.0, RangeModelParams(outlier=0.05))[0]
+    assert far.argmax() == LEVELS
+    assert far[LEVELS // 2] == pytest.approx(0.05, rel=1e-4)
+
+
 def test_no_echo_is_likeliest_where_nothing_is_within_reach() -> None:
     silence = range_likelihoods(np.array([np.inf]), 4.0, RangeModelParams(no_echo=0.2))[0]
     assert silence.argmax() == LEVELS

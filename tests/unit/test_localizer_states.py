@@ -88,6 +88,47 @@ def test_a_building_beyond_the_memory_gets_coarser_cells() -> None:
     assert grid.geometry.resolution > 0.3
 
 
+def test_coarser_cells_than_asked_for_are_told() -> None:
+    world = OccupancyMap(GridGeometry(60, 60, 0.1), np.zeros((60, 60), np.int8))
+    fine = pose_grid(world, PoseGridParams(0.1, 72))
+    coarse = pose_grid(world, PoseGridParams(0.1, 72, most_states=20_000))
+    assert (fine.asked_resolution, fine.is_coarsened) == (0.1, False)
+    assert (coarse.asked_resolution, coarse.is_coarsened) == (0.1, True)
+    assert not pose_grid(draw("..\n..", 0.25), PoseGridParams(0.1)).is_coarsened
+
+
+def test_only_the_floor_counts_for_the_memory_not_the_paper_around_it() -> None:
+    cells = np.full((300, 300), -1, np.int8)
+    cells[100:110, 100:120] = 0
+    grid = pose_grid(
+        OccupancyMap(GridGeometry(300, 300, 0.1), cells), PoseGridParams(0.1, 72, 20_000)
+    )
+    assert grid.geometry.resolution == pytest.approx(0.1)
+    assert grid.shape == (72, 10, 20)
+
+
+@pytest.mark.parametrize("size", [0.02, 0.05, 0.1, 0.2])
+def test_cells_of_any_usual_size_hold_the_same_room(size: float) -> None:
+    count = round(4.0 / size)
+    cells = np.zeros((count, count), np.int8)
+    cells[[0, -1]], cells[:, [0, -1]] = 100, 100
+    world = OccupancyMap(GridGeometry(count, count, size), cells)
+    grid = pose_grid(world, PoseGridParams(size, 8))
+    assert grid.geometry.resolution == pytest.approx(size)
+    area = grid.admissible_states / 8 * size**2
+    assert area == pytest.approx((4.0 - 2.0 * size) ** 2, rel=1e-6)
+    belief = MarkovGrid(grid, STILL)
+    belief.set_gaussian([2.0, 2.0, 0.0], SMALL)
+    belief.predict([0.5, 0.1, 0.2])
+    poses, weights = belief_of(belief)
+    assert weights @ poses[:, :2] / weights.sum() == pytest.approx([2.5, 2.1], abs=0.05)
+
+
+def belief_of(belief: MarkovGrid) -> tuple[np.ndarray, np.ndarray]:
+    belief.settle()
+    return belief.heaviest(200_000)
+
+
 def test_an_even_belief_has_the_entropy_of_the_number_of_states() -> None:
     belief = belief_on(ROOM)
     assert belief.total == pytest.approx(1.0)

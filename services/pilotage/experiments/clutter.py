@@ -18,9 +18,6 @@ PANEL_LENGTH = 1.5
 GAP_RADIUS = 0.6
 """Radius of a piece of wall that is gone [m]."""
 
-CLEARANCE = 0.6
-"""What furniture leaves free about the robot's start [m]."""
-
 
 @dataclass(frozen=True)
 class Condition:

@@ -80,6 +80,11 @@ class Focus:
         self.rest.open(belief)
         self._work_on(None)
 
+    def open_if_heavy(self, belief: NDArray[np.float32], total: float) -> None:
+        """Work on everything if the rest may weigh more of the total than it should."""
+        if self.rest.mass > self._params.most * total:
+            self.open(belief)
+
     def allows(self, recovery_weight: float) -> bool:
         """Say whether so much belief may be spread over everything without working on it."""
         return recovery_weight <= self._params.most_floor

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
-from pilotage.localizer.kernels import Admissible
+from pilotage.localizer.kernels import Area, whole_area
 
 CUT = 5.0
 """Standard deviations beyond which a landmark does not fit; e^-12.5 is far below any outlier."""
@@ -41,7 +41,7 @@ def add_sightings(
 @kernel
 def weigh_landmarks(
     belief: NDArray[np.float32],
-    admissible: Admissible,
+    area: Area,
     layers: tuple[NDArray[np.float64], float],
     sightings: KnownSightings,
     exponent: float,
@@ -50,7 +50,7 @@ def weigh_landmarks(
 
     Args:
         belief: (headings, rows, cols), changed in place.
-        admissible: where to look.
+        area: where to look.
         layers: pose (headings, 3) of the centre of cell (0, 0) in each layer, and the width of a
             cell, both in the grid's frame, as the positions of the landmarks.
         sightings: what was seen.
@@ -58,7 +58,7 @@ def weigh_landmarks(
     """
     corners, width = layers
     for k in range(len(belief)):
-        for row, first, last in admissible.runs:
+        for row, first, last in area.runs[area.starts[k] : area.starts[k + 1]]:
             y = corners[k, 1] + row * width
             for col in range(first, last):
                 if belief[k, row, col] > 0.0:
@@ -102,5 +102,4 @@ def warm_up() -> None:
     poses = np.zeros((1, 3))
     add_sightings(poses, sightings, np.zeros(1))
     belief = np.ones((1, 1, 1), np.float32)
-    area = Admissible(np.ones((1, 1), np.float32), np.array([[0, 0, 1]]))
-    weigh_landmarks(belief, area, (poses, 0.1), sightings, 1.0)
+    weigh_landmarks(belief, whole_area(belief.shape), (poses, 0.1), sightings, 1.0)

@@ -68,7 +68,7 @@ def weigh_landmarks(
     corners = se2.compose(se2.inverse(geometry.origin), grid.poses_of(firsts))
     kernels.weigh_landmarks(
         grid.belief,
-        grid.grid.admissible,
+        grid.area,
         (corners, geometry.resolution),
         sightings._replace(positions=np.ascontiguousarray(in_grid)),
         novelty,

@@ -18,7 +18,7 @@ from pilotage.localizer import kernels
 from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.focus import Focus, FocusParams
 from pilotage.localizer.gaussian_start import gaussian_start
-from pilotage.localizer.kernels import Area, Echoes, Prior, Runs, Sight
+from pilotage.localizer.kernels import Area, Prior, Runs, Sight
 from pilotage.localizer.layers import Layers
 from pilotage.localizer.likelihood_field import LikelihoodField
 from pilotage.localizer.motion_spread import MotionSpread, SpreadDue
@@ -58,6 +58,7 @@ class MarkovGrid:
         self._unchanged = Prior(1.0, 0.0, np.ones(grid.headings, np.float32))
         self._prior: Prior | None = None
         self._is_summed = False
+        self._is_scanned = False
         self._recovery_weight = 0.0
         self.set_uniform()
 
@@ -147,7 +148,7 @@ class MarkovGrid:
             compass: yaw in the map frame and its standard deviation [rad], if measured.
         """
         self._begin()
-        self._recovery_weight = recovery_weight
+        self._recovery_weight, self._is_scanned = recovery_weight, False
         if not self._focus.allows(recovery_weight):
             self._focus.open(self._belief)
         floor = recovery_weight / self.grid.admissible_states
@@ -197,7 +198,7 @@ class MarkovGrid:
             table: expected ranges.
         """
         directions = self._layers.directions_of(bearings, len(table.levels))
-        echoes = Echoes(directions, table.levels, likelihoods)
+        echoes = kernels.echoes_of(directions, table.levels, likelihoods)
         prior, of_rest = self._take_prior()
         if not self._focus.rest.is_empty:
             self._focus.rest.begin(of_rest)
@@ -294,14 +295,15 @@ class MarkovGrid:
         self._layers.anchor()
         self._due.forget()
         self._focus.forget()
-        self._prior, self._is_summed, self._recovery_weight = None, False, 0.0
+        self._prior, self._is_summed = None, False
+        self._is_scanned, self._recovery_weight = True, 0.0
 
     def _weigh_beams(
         self, ends_base: NDArray[np.float64], field: LikelihoodField, tempering: float
     ) -> None:
         ends = self._layers.cells_of_ends(ends_base)
         scan = field.scan(np.hypot(*ends_base.T), ends, tempering)
-        rest = self._focus.rest
+        rest, self._is_scanned = self._focus.rest, True
         prior, of_rest = self._take_prior()
         self._summed(kernels.weigh_scan(self._belief, self.area, prior, scan))
         if not rest.is_empty:
@@ -333,8 +335,13 @@ class MarkovGrid:
             self._summed(kernels.sum_runs(self._belief, self.area))
 
     def _narrow(self) -> None:
-        """Work on no more than is worth it from now on."""
-        if self._is_summed and self.total > 0.0 and self._focus.allows(self._recovery_weight):
+        """Work on no more than is worth it from now on.
+
+        Only scans weigh the rest: without them its bound would grow at every correction.
+        """
+        if not self._is_scanned:
+            self._focus.open_if_heavy(self._belief, self.total)
+        elif self._is_summed and self.total > 0.0 and self._focus.allows(self._recovery_weight):
             self._focus.narrow(self._belief, self.runs, self.total)
 
     def _shift(self, cells: NDArray[np.int64]) -> None:

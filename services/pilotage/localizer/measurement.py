@@ -86,11 +86,11 @@ def ranges_measurement(
     """Return single rangers (n,) at mounts (n, 3) as a measurement from the robot's centre.
 
     Each range is lengthened by how far its sensor sits from the centre along its direction; for
-    rings that look outward this is exact.
+    rings that look outward this is exact. A range of `range_max` or more is no echo.
     """
     x, y, directions = mounts.astype(np.float64).T
     ahead = x * np.cos(directions) + y * np.sin(directions)
-    heard = ranges.astype(np.float64)
+    heard = np.where(ranges < range_max, ranges, np.inf).astype(np.float64)
     return Measurement(ranges=Ranges(directions, heard + ahead, range_max))
 
 

@@ -57,12 +57,14 @@ def range_likelihoods(
 ) -> NDArray[np.float32]:
     """Return the likelihood (n, 256) of each measured range (n,) for each expected level.
 
-    An infinite range is "no echo". Relative to the best, so that many beams stay in float32.
+    A range that is infinite or just `range_max` is "no echo"; a longer one, as of a sensor that
+    sits ahead of the robot's centre, tells of a wall at `range_max` or beyond. Relative to the
+    best, so that many beams stay in float32.
     """
     expected = np.arange(LEVELS + 1) * (range_max / LEVELS)
-    error = ranges[:, None] - expected[None, :]
+    error = np.minimum(ranges, range_max)[:, None] - expected[None, :]
     hit = np.exp(-0.5 * (error / params.delta) ** 2)
     likelihood = (1.0 - params.outlier) * hit + params.outlier
     silent = np.where(expected >= range_max, 1.0, params.no_echo)
-    heard = np.isfinite(ranges)[:, None] & (ranges < range_max)[:, None]
-    return np.where(heard, likelihood, silent[None, :]).astype(np.float32)
+    is_heard = np.isfinite(ranges) & (ranges != range_max)
+    return np.where(is_heard[:, None], likelihood, silent[None, :]).astype(np.float32)

@@ -1,8 +1,9 @@
 """Which of four words the estimate deserves: unknown, ambiguous, localized, lost.
 
 `localized` follows from the confidence alone, which has to be high twice in a row; a lower limit
-keeps it, so that it does not flicker. Short of it, several likely places are `ambiguous`. A robot that was localized and is no longer anywhere
-in particular is `lost`; one that never was is `unknown`, as is one that is on its way back.
+keeps it, so that it does not flicker. Short of it, several likely places are `ambiguous`. A robot
+that was localized and is no longer anywhere in particular is `lost`; one that never was is
+`unknown`, as is one that is on its way back.
 """
 
 from dataclasses import dataclass, field
@@ -16,9 +17,9 @@ class VerdictParams:
     """Parameters of the verdict.
 
     `enter`, `stay`: confidence to become, and to stay, localized; `earned_by`: measurements in
-    a row that have to give it. `rival_mass`: places of this
-    share are rivals; several make the belief ambiguous if they hold `named_mass` of it
-    together. `hope`: confidence from which a lost robot is rather on its way back.
+    a row that have to give it. `rival_mass`: places of this share are rivals; several make the
+    belief ambiguous if they hold `named_mass` of it together. `hope`: confidence from which a
+    lost robot is rather on its way back.
     """
 
     enter: float = 0.93

@@ -36,6 +36,7 @@ from pilotage.localizer.kernels.summing import sum_headings, sum_logarithms, sum
 from pilotage.localizer.kernels.weighing import (
     Echoes,
     Sight,
+    echoes_of,
     weigh_prior,
     weigh_ranges,
     weigh_scan,
@@ -55,6 +56,7 @@ __all__ = [
     "Sight",
     "Tiles",
     "best_fits",
+    "echoes_of",
     "in_all_layers",
     "limit_of",
     "open_tiles",
@@ -104,7 +106,7 @@ def _warm_up_weighing(belief: NDArray[np.float32], area: Area, prior: Prior) -> 
     levels, directions = np.zeros((2, 3, 3), np.uint8), np.zeros((2, 1), np.int64)
     runs = weigh_prior(belief, area, prior)
     weigh_scan(belief, area, prior, _scan())
-    weigh_ranges(belief, area, prior, Echoes(directions, levels, np.ones((1, 256), np.float32)))
+    weigh_ranges(belief, area, prior, echoes_of(directions, levels, np.ones((1, 256), np.float32)))
     allowed, likelihood = np.zeros(1, np.uint8), np.ones(2, np.float32)
     sight = Sight(directions, levels, allowed, likelihood, np.float32(0.0))
     weigh_visibility(belief, area, runs, sight)

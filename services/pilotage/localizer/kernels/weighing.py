@@ -23,7 +23,7 @@ PIECE = 64
 
 
 class Echoes(NamedTuple):
-    """Single ranges, ready to be looked up.
+    """Single ranges, ready to be looked up four at a time (see `echoes_of`).
 
     `directions`: (headings, n) layer of `levels` that each beam points along. `levels`: (table
     headings, rows, cols), see range_model. `likelihoods`: (n, 256) by expected level.
@@ -32,6 +32,19 @@ class Echoes(NamedTuple):
     directions: NDArray[np.int64]
     levels: NDArray[np.uint8]
     likelihoods: NDArray[np.float32]
+
+
+def echoes_of(
+    directions: NDArray[np.int64], levels: NDArray[np.uint8], likelihoods: NDArray[np.float32]
+) -> Echoes:
+    """Return single ranges with so many added that say nothing that there are whole fours."""
+    headings, n = directions.shape
+    added = max(4, n + -n % 4) - n
+    silent = np.ones((added, likelihoods.shape[1]), np.float32)
+    nowhere = np.zeros((headings, added), np.int64)
+    return Echoes(
+        np.concatenate([directions, nowhere], axis=1), levels, np.concatenate([likelihoods, silent])
+    )
 
 
 class Sight(NamedTuple):
@@ -86,7 +99,8 @@ def weigh_scan(belief: Belief, area: Area, prior: Prior, scan: Scan) -> Runs:
 def weigh_ranges(belief: Belief, area: Area, prior: Prior, echoes: Echoes) -> Runs:
     """Multiply the prior by each beam's likelihood of the expected range (eq. 14)."""
     runs = _no_runs(len(area.runs))
-    factors = np.empty(belief.shape[2], np.float32)
+    factors = np.ones(belief.shape[2], np.float32)
+    n = echoes.directions.shape[1]
     for k in range(len(belief)):
         _clear(belief[k], area.gaps)
         gain_floor = _prior_of(prior, k)
@@ -94,8 +108,15 @@ def weigh_ranges(belief: Belief, area: Area, prior: Prior, echoes: Echoes) -> Ru
             row, first, last = area.runs[i]
             run, mask = belief[k, row, first:last], area.mask[row, first:last]
             fit = factors[: last - first]
-            _fit_of(fit, echoes, k, row, first)
-            runs.mass[i], runs.peak[i] = _apply(run, mask, fit, gain_floor)
+            if n > 4:
+                fit[:] = np.float32(1.0)
+            for b in range(0, n - 4, 4):
+                seen = _levels(echoes, echoes.directions[k, b : b + 4], row, first, last)
+                _fit_four(fit, seen, echoes.likelihoods[b : b + 4])
+            seen = _levels(echoes, echoes.directions[k, n - 4 :], row, first, last)
+            runs.mass[i], runs.peak[i] = _apply_four(
+                run, (mask, fit), seen, echoes.likelihoods[n - 4 :], gain_floor
+            )
     return runs
 
 
@@ -107,20 +128,40 @@ def weigh_visibility(belief: Belief, area: Area, runs: Runs, sight: Sight) -> No
     at the most is `least` a state. `runs`, as of before, is brought up to date.
     """
     through = np.empty(PIECE, np.uint8)
-    for k in range(len(belief)):
-        for i in range(area.starts[k], area.starts[k + 1]):
-            if runs.peak[i] > sight.least:
-                row, first, last = area.runs[i]
-                mass, peak = 0.0, np.float32(0.0)
-                for start in range(first, last, PIECE):
-                    piece = belief[k, row, start : min(start + PIECE, last)]
-                    part, highest = _sum_and_peak(piece)
-                    if highest > sight.least:
-                        count = through[: len(piece)]
-                        _count_through(count, sight, k, row, start)
-                        part, highest = _apply_count(piece, count, sight.likelihood)
-                    mass, peak = mass + part, max(peak, highest)
-                runs.mass[i], runs.peak[i] = mass, peak
+    following = area.starts[:-1].copy()
+    # Row by row, whatever the heading: all directions of a row of the table fit the cache.
+    for row in range(belief.shape[1]):
+        for k in range(len(belief)):
+            i = following[k]
+            while i < area.starts[k + 1] and area.runs[i, 0] == row:
+                if runs.peak[i] > sight.least:
+                    runs.mass[i], runs.peak[i] = _weigh_sight(
+                        belief[k, row], area.runs[i], k, sight, through
+                    )
+                i += 1
+            following[k] = i
+
+
+@kernel
+def _weigh_sight(
+    line: NDArray[np.float32],
+    run: NDArray[np.int64],
+    k: int,
+    sight: Sight,
+    through: NDArray[np.uint8],
+) -> tuple[float, np.float32]:
+    """Weigh the PIECEs of a run of a row; return its new sum and maximum."""
+    mass, peak = 0.0, np.float32(0.0)
+    row, first, last = run
+    for start in range(first, last, PIECE):
+        piece = line[start : min(start + PIECE, last)]
+        part, highest = _sum_and_peak(piece)
+        if highest > sight.least:
+            count = through[: len(piece)]
+            _count_through(count, sight, k, row, start)
+            part, highest = _apply_count(piece, count, sight.likelihood)
+        mass, peak = mass + part, max(peak, highest)
+    return mass, peak
 
 
 @kernel
@@ -198,17 +239,15 @@ def _sum_and_peak(run: NDArray[np.float32]) -> tuple[float, np.float32]:
 
 
 @kernel
-def _fit_of(fit: NDArray[np.float32], echoes: Echoes, k: int, row: int, first: int) -> None:
-    """Set `fit` (m,) to the likelihood of all ranges from the states (row, first) on."""
-    n, end = echoes.directions.shape[1], first + len(fit)
-    ahead, levels, likelihoods = echoes.directions[k], echoes.levels, echoes.likelihoods
-    fit[:] = np.float32(1.0)
-    for b in range(0, n - 3, 4):
-        one, two = levels[ahead[b], row, first:end], levels[ahead[b + 1], row, first:end]
-        three, four = levels[ahead[b + 2], row, first:end], levels[ahead[b + 3], row, first:end]
-        _fit_four(fit, (one, two, three, four), likelihoods[b : b + 4])
-    for b in range(n - n % 4, n):
-        _fit_one(fit, levels[ahead[b], row, first:end], likelihoods[b])
+def _levels(echoes: Echoes, ahead: NDArray[np.int64], row: int, first: int, last: int) -> Four:
+    """Return the expected levels of four beams from a run of states."""
+    levels = echoes.levels
+    return (
+        levels[ahead[0], row, first:last],
+        levels[ahead[1], row, first:last],
+        levels[ahead[2], row, first:last],
+        levels[ahead[3], row, first:last],
+    )
 
 
 @kernel
@@ -217,25 +256,58 @@ def _fit_four(fit: NDArray[np.float32], seen: Four, likelihoods: NDArray[np.floa
     of_one, of_two = likelihoods[0], likelihoods[1]
     of_three, of_four = likelihoods[2], likelihoods[3]
     for i in range(len(fit)):
-        fit[i] *= of_one[one[i]] * of_two[two[i]] * of_three[three[i]] * of_four[four[i]]
+        fit[i] *= of_one[one[i]] * of_two[two[i]] * (of_three[three[i]] * of_four[four[i]])
 
 
-@kernel
-def _fit_one(
-    fit: NDArray[np.float32], seen: NDArray[np.uint8], likelihood: NDArray[np.float32]
-) -> None:
-    for i in range(len(fit)):
-        fit[i] *= likelihood[seen[i]]
+@reduction
+def _apply_four(
+    run: NDArray[np.float32],
+    mask_fit: tuple[NDArray[np.float32], NDArray[np.float32]],
+    seen: Four,
+    likelihoods: NDArray[np.float32],
+    gain_floor: tuple[np.float32, np.float32],
+) -> tuple[float, np.float32]:
+    gain, floor = gain_floor
+    mask, fit = mask_fit
+    one, two, three, four = seen
+    of_one, of_two = likelihoods[0], likelihoods[1]
+    of_three, of_four = likelihoods[2], likelihoods[3]
+    mass, peak = np.float32(0.0), np.float32(0.0)
+    for i in range(len(run)):
+        value = (run[i] * gain + floor) * (mask[i] * fit[i])
+        value *= of_one[one[i]] * of_two[two[i]] * (of_three[three[i]] * of_four[four[i]])
+        run[i] = value
+        mass += value
+        peak = max(peak, value)
+    return float(mass), peak
 
 
 @kernel
 def _count_through(count: NDArray[np.uint8], sight: Sight, k: int, row: int, first: int) -> None:
     """Set `count` (m,) to the number of beams through walls from the states (row, first) on."""
     count[:] = np.uint8(0)
-    end = first + len(count)
-    for b in range(len(sight.allowed)):
-        seen = sight.levels[sight.directions[k, b], row, first:end]
-        _count_below(count, seen, sight.allowed[b])
+    levels, ahead, end = sight.levels, sight.directions[k], first + len(count)
+    n = len(sight.allowed)
+    for b in range(0, n - 3, 4):
+        seen = (
+            levels[ahead[b], row, first:end],
+            levels[ahead[b + 1], row, first:end],
+            levels[ahead[b + 2], row, first:end],
+            levels[ahead[b + 3], row, first:end],
+        )
+        _count_four(count, seen, sight.allowed[b : b + 4])
+    for b in range(n - n % 4, n):
+        _count_below(count, levels[ahead[b], row, first:end], sight.allowed[b])
+
+
+@kernel
+def _count_four(count: NDArray[np.uint8], seen: Four, allowed: NDArray[np.uint8]) -> None:
+    one, two, three, four = seen
+    of_one, of_two, of_three, of_four = allowed[0], allowed[1], allowed[2], allowed[3]
+    for i in range(len(count)):
+        first = np.uint8(one[i] < of_one) + np.uint8(two[i] < of_two)
+        second = np.uint8(three[i] < of_three) + np.uint8(four[i] < of_four)
+        count[i] += np.uint8(first + second)
 
 
 @kernel
