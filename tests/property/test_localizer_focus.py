@@ -1,6 +1,7 @@
 """A belief of which little is worked on is that of one worked on as a whole, to a stated bound."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -165,6 +166,30 @@ def test_a_robot_carried_off_unnoticed_is_found_by_the_floor_of_the_rest(seed: i
         walk.look()
         walk.go()
     walk.look()
+    assert best(walk.focused) == pytest.approx(best(walk.whole), abs=0.05)
+
+
+@settings(max_examples=8, deadline=None)
+@given(SEEDS)
+def test_a_scan_that_speaks_for_another_place_has_everything_weighed_anew(seed: int) -> None:
+    """Where the belief breaks down, so much of the rest may matter that all of it is opened."""
+    walk = Walk(seed, SMALL)
+    walk.begin_here()
+    for _ in range(3):
+        walk.go()
+        walk.look(1e-5)
+    walk.go()
+    walk.carry_off()
+    poor = walk.field
+    walk.field = replace(poor, step=6.0 * poor.step)
+    walk.look(1e-5)
+    assert walk.focused.rest_mass < SMALL.most
+    assert walk.difference() < 0.9
+    walk.field = poor
+    for _ in range(4):
+        walk.look(1e-5)
+        walk.go()
+    walk.look(1e-5)
     assert best(walk.focused) == pytest.approx(best(walk.whole), abs=0.05)
 
 

@@ -22,13 +22,16 @@ from pilotage.localizer.active_blocks import (
     widened,
     with_neighbours,
 )
-from pilotage.localizer.kernels import Area, Runs, Scan
+from pilotage.localizer.kernels import Area, Prior, Runs, Scan
 from pilotage.localizer.kernels.areas import NONE
 from pilotage.localizer.pose_grid import PoseGrid
 from pilotage.localizer.rest import Rest
 
 MOST_BUSY = 0.2
 """Share of the blocks that may be active; with more, everything is worked on."""
+
+MOST_SUSPECTS = 0.1
+"""Share of the tiles that are looked at one by one; to weigh every state anew takes no longer."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +119,9 @@ class Focus:
         suspects = rest.above(limit)
         if self._blocks is None or not len(suspects):
             return False
+        if len(suspects) > MOST_SUSPECTS * rest.tiles.mass.size:
+            self._weigh_all(belief, scan)
+            return True
         rest.tighten(suspects, scan)
         heavy = self._heavy(suspects, mass)
         if len(heavy):
@@ -137,6 +143,18 @@ class Focus:
         sums = kernels.sum_tiles(belief, self.area, self.rest.tiles, runs.mass)
         if not self.is_whole or self._is_little(sums, limit, total):
             self._work_on(self.rest.retire(belief, self.area, sums, limit))
+
+    def _weigh_all(self, belief: NDArray[np.float32], scan: Scan) -> None:
+        """Work on everything, as if that had been so before the scan weighed belief and rest."""
+        unchanged = Prior(1.0, 0.0, np.ones(len(belief), np.float32))
+        # What such a likelihood has made of a state is nothing, and stays so.
+        is_lost = scan.likelihood < kernels.LEAST_FIT
+        undo = np.where(is_lost, 0.0, 1.0 / np.maximum(scan.likelihood, kernels.LEAST_FIT))
+        back = scan._replace(likelihood=undo.astype(np.float32))
+        kernels.weigh_scan(belief, self.area, unchanged, back)
+        self.rest.undo()
+        self.open(belief)
+        kernels.weigh_scan(belief, self.area, unchanged, scan)
 
     def _work_on(self, blocks: Blocks | None) -> None:
         self._blocks, self.area = blocks, self._whole

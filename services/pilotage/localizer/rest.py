@@ -79,6 +79,11 @@ class Rest:
         """Begin a correction and weigh each tile by the most that a scan can say for it."""
         kernels.weigh_tiles(self.tiles, prior, coarse, self._fit)
 
+    def undo(self) -> None:
+        """Take back what the last scan said."""
+        self.tiles.mass[:] /= self._fit
+        self._fit[:] = 1.0
+
     def above(self, limit: float) -> NDArray[np.int64]:
         """Return the tiles (n, 3) that may weigh more than `limit`."""
         mass = self.tiles.mass
@@ -93,7 +98,7 @@ class Rest:
         at = tuple(chosen.T)
         best = kernels.best_fits(self.tiles, chosen, self._mask, scan)
         self.tiles.mass[at] *= best / self._fit[at]
-        self._fit[at] = np.maximum(best, np.finfo(np.float32).tiny)
+        self._fit[at] = np.maximum(best, kernels.LEAST_FIT)
 
     def wake(self, belief: NDArray[np.float32], chosen: NDArray[np.int64], scan: Scan) -> None:
         """Give back the chosen tiles (n, 3), just tightened, weighed by the scan."""

@@ -19,6 +19,7 @@ from pilotage.localizer.kernels.areas import (
 from pilotage.localizer.kernels.costs import LANES, MOST_COST, Scan
 from pilotage.localizer.kernels.moving import shift_layers, spread_headings, spread_layers
 from pilotage.localizer.kernels.resting import (
+    LEAST_FIT,
     SIDE,
     Tiles,
     best_fits,
@@ -45,6 +46,7 @@ from pilotage.localizer.kernels.weighing import (
 
 __all__ = [
     "LANES",
+    "LEAST_FIT",
     "MOST_COST",
     "SIDE",
     "Admissible",

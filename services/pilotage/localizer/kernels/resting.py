@@ -21,6 +21,9 @@ Row = NDArray[np.float32]
 
 SIDE = 8
 
+LEAST_FIT = np.float32(1e-30)
+"""A tile's likelihood is no less, so that it can be taken back."""
+
 
 class Tiles(NamedTuple):
     """Tiles over the layers of a belief.
@@ -59,7 +62,7 @@ def weigh_tiles(tiles: Tiles, prior: Prior, scan: Scan, fit: NDArray[np.float32]
 @kernel
 def _look_up(fit: Row, total: NDArray[np.uint16], likelihood: Row) -> None:
     for i in range(len(fit)):
-        fit[i] = likelihood[total[i]]
+        fit[i] = max(likelihood[total[i]], LEAST_FIT)
 
 
 @kernel
