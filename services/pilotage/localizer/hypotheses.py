@@ -64,6 +64,9 @@ MISFIT = 0.2
 MOST_SOUGHT = 8
 """... at this many of the likeliest places ..."""
 
+BETTER = 0.02
+"""... which has to be so much better [nat a beam] to be believed ..."""
+
 AROUND = np.array(
     [
         [x, y, turn]
@@ -211,7 +214,7 @@ class Hypotheses:
             around = se2.compose(moved[index], AROUND)
             found = self._weigh(around, seen)
             best = int(np.argmax(found.fit))
-            if found.fit[best] > weighed.fit[index]:
+            if found.fit[best] > weighed.fit[index] + BETTER:
                 for part in fields(weighed):
                     getattr(weighed, part.name)[index] = getattr(found, part.name)[best]
         return weighed

@@ -46,6 +46,10 @@ CARRIED_OFF = 1.0
 """Weight of the floor after a surprise under M2: exactly the paper's P0 (eq. 8)."""
 
 
+PROPOSING = FocusParams(dropped=1e-9, woken=1e-7, most=1e-3)
+"""What is lighter would be no summit among so many others: it need not be worked on."""
+
+
 @dataclass(frozen=True)
 class MarkovParams:
     """Parameters of the localizer.
@@ -76,7 +80,7 @@ class MarkovParams:
     visibility: VisibilityParams = field(default_factory=VisibilityParams)
     ranges: RangeModelParams = field(default_factory=RangeModelParams)
     verdict: VerdictParams = field(default_factory=VerdictParams)
-    focus: FocusParams = FocusParams(dropped=1e-9, woken=1e-7, most=1e-3)
+    focus: FocusParams = field(default_factory=lambda: PROPOSING)
 
 
 class MarkovLocalizer:
