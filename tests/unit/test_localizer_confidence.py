@@ -6,21 +6,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pilotage.localizer.confidence import MOST_AHEAD, Signs, confidence_of, features
+from pilotage.localizer.confidence import (
+    MOST_AHEAD,
+    MOST_SUPPORT,
+    Signs,
+    confidence_of,
+    features,
+)
 from pilotage.localizer.verdict import VerdictParams
 
-SURE = Signs(ahead=8.0, support=0.35, fit=0.35, through=0.0, scans=10.0, mass=0.95)
-DOUBTFUL = Signs(ahead=1.0, support=0.1, fit=0.0, through=0.1, scans=3.0, mass=0.4)
+SURE = Signs(ahead=8.0, support=0.35, mass=0.95)
+DOUBTFUL = Signs(ahead=1.0, support=0.05, mass=0.1)
 
 SIGNS = st.builds(
     Signs,
     ahead=st.floats(-30.0, 30.0),
     support=st.floats(-2.0, 0.8),
-    fit=st.floats(-2.0, 0.8),
-    through=st.floats(0.0, 1.0),
-    scans=st.floats(0.0, 1e6),
     mass=st.floats(0.0, 1.0),
 )
+MORE = st.floats(0.0, 10.0)
 
 
 @given(SIGNS)
@@ -28,20 +32,24 @@ def test_confidence_is_a_probability(signs: Signs) -> None:
     assert 0.0 <= confidence_of(signs) <= 1.0
 
 
-@given(SIGNS, st.floats(0.0, 10.0))
-def test_more_evidence_ahead_never_makes_less_sure(signs: Signs, more: float) -> None:
-    ahead = replace(signs, ahead=signs.ahead + more)
-    assert confidence_of(ahead) >= confidence_of(signs)
+@given(SIGNS, st.sampled_from(["ahead", "support", "mass"]), MORE)
+def test_more_of_any_sign_never_makes_less_sure(signs: Signs, name: str, more: float) -> None:
+    better = replace(signs, **{name: getattr(signs, name) + more})
+    assert confidence_of(better) >= confidence_of(signs)
 
 
-@pytest.mark.parametrize(("name", "more"), [("ahead", 2.0), ("mass", 0.3), ("fit", 0.2)])
+@pytest.mark.parametrize(("name", "more"), [("ahead", 2.0), ("mass", 0.3), ("support", 0.2)])
 def test_each_sign_speaks_for_the_place(name: str, more: float) -> None:
-    value = getattr(DOUBTFUL, name)
-    assert confidence_of(replace(DOUBTFUL, **{name: value + more})) > confidence_of(DOUBTFUL)
+    doubtful = replace(DOUBTFUL, ahead=3.0, support=0.0)
+    better = replace(doubtful, **{name: getattr(doubtful, name) + more})
+    assert confidence_of(better) > confidence_of(doubtful)
 
 
-def test_going_through_walls_speaks_against_it() -> None:
-    assert confidence_of(replace(SURE, through=0.5)) < confidence_of(SURE)
+@given(SIGNS, st.floats(-30.0, 0.0))
+def test_a_place_that_is_not_ahead_of_all_others_is_never_likelier_than_half(
+    signs: Signs, ahead: float
+) -> None:
+    assert confidence_of(replace(signs, ahead=ahead)) <= 0.5
 
 
 def test_a_place_of_which_all_speaks_well_is_localized_and_a_doubtful_one_is_not() -> None:
@@ -49,16 +57,17 @@ def test_a_place_of_which_all_speaks_well_is_localized_and_a_doubtful_one_is_not
     assert confidence_of(DOUBTFUL) < VerdictParams().stay
 
 
-def test_two_places_that_are_alike_cannot_be_believed_at_all() -> None:
-    assert confidence_of(replace(SURE, ahead=0.0, mass=0.5)) < VerdictParams().enter
+def test_a_place_where_the_belief_is_not_and_the_scans_hardly_fit_is_doubted() -> None:
+    """However far it is ahead of the other places that are followed."""
+    assert confidence_of(Signs(ahead=12.0, support=-0.15, mass=0.0)) < VerdictParams().stay
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_evidence_counts_no_further_than_its_limit(sign: float) -> None:
-    far, farther = (replace(SURE, ahead=sign * (MOST_AHEAD + d)) for d in (0.0, 50.0))
-    assert confidence_of(far) == confidence_of(farther)
+def test_signs_count_no_further_than_their_limits(sign: float) -> None:
+    far = replace(SURE, support=sign * MOST_SUPPORT)
+    assert confidence_of(replace(far, support=sign * 9.0)) == confidence_of(far)
+    assert features(replace(SURE, ahead=sign * 99.0))[0] == sign * MOST_AHEAD
 
 
 def test_features_come_in_the_order_of_the_signs() -> None:
-    assert features(SURE) == pytest.approx((8.0, 0.35, 0.35, 0.0, 2.302585, 0.95))
-    assert features(replace(SURE, scans=0.0))[4] == 0.0
+    assert features(SURE) == pytest.approx((8.0, 0.35, 0.95))

@@ -29,6 +29,7 @@ from pilotage.localizer.judge import CONFIRMED, LEAST_BEAMS, Judge
 from pilotage.localizer.markov_localizer import MarkovLocalizer
 from pilotage.localizer.measurement import Measurement, Ranges, scan_measurement
 from pilotage.localizer.modes import Mode
+from pilotage.localizer.verdict import VerdictParams
 
 Array = NDArray[np.float64]
 States = tuple[Array, Array]
@@ -81,8 +82,9 @@ def test_a_belief_that_the_scans_confirm_is_localized_and_says_why() -> None:
     assert last.confidence > 0.95
     assert last.matched == pytest.approx(1.0, abs=0.05)
     assert last.signs is not None
-    assert last.signs.scans == 8.0
     assert last.signs.mass > 0.8
+    assert last.signs.ahead > 3.0
+    assert last.signs.support > 0.3
     assert last.modes[0].mass > 0.95
     assert (np.linalg.eigvalsh(last.covariance) > 0.0).all()
 
@@ -149,9 +151,9 @@ def test_beginning_anew_forgets_the_places() -> None:
     judged_along(judge, WAY[:8])
     judge.begin([])
     assert (judge.estimate.state, judge.estimate.modes) == ("unknown", [])
-    (estimate,) = judged_along(judge, [WAY[3]])
-    assert estimate.signs is not None
-    assert estimate.signs.scans == 1.0
+    (estimate,) = judged_along(judge, [np.array(ELSEWHERE)])
+    assert estimate.state == "unknown"
+    assert error(estimate.pose, ELSEWHERE)[0] < 0.05
 
 
 def test_what_is_told_at_the_beginning_is_the_best_of_the_given_modes() -> None:
@@ -289,9 +291,10 @@ def test_without_a_laser_the_mass_decides_once_it_stayed_where_it_should() -> No
     judge = Judge(WORLD)
     said = [
         judge.judge(pose, cloud((pose, 0.99)), rangers(pose), surprise=False)
-        for pose in WAY[: CONFIRMED + 2]
+        for pose in WAY[: CONFIRMED + 3]
     ]
-    assert [estimate.state for estimate in said].index("localized") == CONFIRMED
+    first = [estimate.state for estimate in said].index("localized")
+    assert first == CONFIRMED + VerdictParams().earned_by - 1
     assert said[0].confidence == 0.0
     assert said[-1].confidence == pytest.approx(0.99, abs=0.01)
     assert said[-1].matched is None
@@ -313,7 +316,7 @@ def test_without_a_laser_a_mass_that_jumps_has_to_be_confirmed_anew() -> None:
     elsewhere = cloud((np.array(ELSEWHERE), 0.99))
     words = [
         judge.judge(WAY[6], elsewhere, rangers(WAY[6]), surprise=False).state
-        for _ in range(CONFIRMED + 1)
+        for _ in range(CONFIRMED + 2)
     ]
     assert words[0] == "lost"
     assert words[-1] == "localized"

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from pilotage.localizer.verdict import Verdict, VerdictParams
 
-PARAMS = VerdictParams(enter=0.9, stay=0.6, rival_mass=0.1, named_mass=0.5, hope=0.3)
+PARAMS = VerdictParams(enter=0.9, stay=0.6, earned_by=2, rival_mass=0.1, named_mass=0.5, hope=0.3)
 """Of its own: what is tested here holds whatever the defaults are."""
 
 ONE, TWO = [1.0], [0.5, 0.5]
@@ -14,7 +14,9 @@ ONE, TWO = [1.0], [0.5, 0.5]
 
 def localized() -> Verdict:
     verdict = Verdict(PARAMS)
-    assert verdict.judge(0.95, ONE, surprise=False) == "localized"
+    for _ in range(PARAMS.earned_by):
+        verdict.judge(0.95, ONE, surprise=False)
+    assert verdict.state == "localized"
     return verdict
 
 
@@ -27,7 +29,16 @@ def test_nothing_is_known_at_first() -> None:
 def test_localized_begins_where_the_confidence_reaches_its_limit(
     confidence: float, word: str
 ) -> None:
-    assert Verdict(PARAMS).judge(confidence, ONE, surprise=False) == word
+    verdict = Verdict(PARAMS)
+    assert verdict.judge(confidence, ONE, surprise=False) == "unknown", "once is not enough"
+    assert verdict.judge(confidence, ONE, surprise=False) == word
+
+
+def test_localized_is_earned_by_measurements_in_a_row() -> None:
+    verdict = Verdict(VerdictParams(enter=0.9, earned_by=3))
+    sure = [0.95, 0.95, 0.8, 0.95, 0.95, 0.95]
+    words = [verdict.judge(c, ONE, surprise=False) for c in sure]
+    assert words == ["unknown"] * 5 + ["localized"]
 
 
 @pytest.mark.parametrize(("confidence", "word"), [(0.6, "localized"), (0.59, "unknown")])
@@ -37,8 +48,8 @@ def test_localized_stays_on_less_than_it_began_with(confidence: float, word: str
 
 def test_what_is_no_longer_localized_has_to_reach_the_upper_limit_again() -> None:
     verdict = localized()
-    words = [verdict.judge(c, ONE, surprise=False) for c in (0.7, 0.5, 0.7, 0.89, 0.91)]
-    assert words == ["localized", "unknown", "unknown", "unknown", "localized"]
+    words = [verdict.judge(c, ONE, surprise=False) for c in (0.7, 0.5, 0.7, 0.89, 0.91, 0.92)]
+    assert words == ["localized"] + ["unknown"] * 4 + ["localized"]
 
 
 def test_confidence_that_wavers_between_the_limits_does_not_flicker() -> None:
@@ -49,7 +60,10 @@ def test_confidence_that_wavers_between_the_limits_does_not_flicker() -> None:
 
 
 def test_a_surprise_ends_localized_however_sure_it_still_is() -> None:
-    assert localized().judge(1.0, ONE, surprise=True) == "lost"
+    verdict = localized()
+    assert verdict.judge(1.0, ONE, surprise=True) == "lost"
+    words = [verdict.judge(1.0, ONE, surprise=False) for _ in range(2)]
+    assert words == ["unknown", "localized"], "it has to be earned again"
 
 
 def test_a_surprise_means_nothing_to_a_robot_that_was_nowhere() -> None:
@@ -82,7 +96,7 @@ def test_one_place_or_too_little_mass_is_not_ambiguous(masses: list[float]) -> N
 
 
 def test_confidence_outweighs_rivals() -> None:
-    assert Verdict(PARAMS).judge(0.95, TWO, surprise=False) == "localized"
+    assert localized().judge(0.95, TWO, surprise=False) == "localized"
 
 
 def test_what_begins_anew_was_never_lost() -> None:
@@ -92,11 +106,18 @@ def test_what_begins_anew_was_never_lost() -> None:
     assert verdict.judge(0.1, ONE, surprise=False) == "unknown"
 
 
-def test_what_resumes_may_be_lost_but_is_not_localized_by_that() -> None:
+def test_what_resumes_is_confirmed_by_one_measurement() -> None:
     verdict = Verdict(PARAMS)
     verdict.begin(was_localized=True)
     assert verdict.state == "unknown"
+    assert verdict.judge(0.95, ONE, surprise=False) == "localized"
+
+
+def test_what_resumes_may_be_lost_but_is_not_localized_by_that() -> None:
+    verdict = Verdict(PARAMS)
+    verdict.begin(was_localized=True)
     assert verdict.judge(0.7, ONE, surprise=False) == "unknown"
+    assert verdict.judge(0.95, ONE, surprise=False) == "unknown", "it was not confirmed"
     assert verdict.judge(0.1, ONE, surprise=False) == "lost"
 
 
@@ -112,15 +133,16 @@ JUDGED = st.tuples(st.floats(0.0, 1.0), st.lists(st.floats(0.0, 1.0), max_size=4
 def test_whatever_comes_localized_and_lost_are_deserved(
     judged: list[tuple[float, list[float], bool]],
 ) -> None:
-    verdict, was_localized = Verdict(PARAMS), False
+    verdict, was_localized, in_a_row = Verdict(PARAMS), False, 0
     for confidence, masses, surprise in judged:
         before = verdict.state
         word = verdict.judge(confidence, masses, surprise=surprise)
         assert verdict.state == word
+        in_a_row = in_a_row + 1 if confidence >= PARAMS.enter and not surprise else 0
         if word == "localized":
-            limit = PARAMS.stay if before == "localized" else PARAMS.enter
-            assert confidence >= limit
             assert not surprise
+            assert confidence >= PARAMS.stay
+            assert before == "localized" or in_a_row >= PARAMS.earned_by
             was_localized = True
         assert word != "lost" or was_localized
         assert word != "ambiguous" or len(masses) > 1

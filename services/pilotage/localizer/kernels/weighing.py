@@ -18,7 +18,7 @@ Belief = NDArray[np.float32]
 Levels = NDArray[np.uint8]
 Four = tuple[Levels, Levels, Levels, Levels]
 
-PIECE = 64
+PIECE = 128
 """Columns that are looked at or passed over together."""
 
 
@@ -286,27 +286,34 @@ def _apply_four(
 def _count_through(count: NDArray[np.uint8], sight: Sight, k: int, row: int, first: int) -> None:
     """Set `count` (m,) to the number of beams through walls from the states (row, first) on."""
     count[:] = np.uint8(0)
-    levels, ahead, end = sight.levels, sight.directions[k], first + len(count)
-    n = len(sight.allowed)
+    layers, rows, cols = sight.levels.shape
+    levels = sight.levels.reshape(layers * rows * cols)
+    n, at = len(sight.allowed), row * cols + first
     for b in range(0, n - 3, 4):
-        seen = (
-            levels[ahead[b], row, first:end],
-            levels[ahead[b + 1], row, first:end],
-            levels[ahead[b + 2], row, first:end],
-            levels[ahead[b + 3], row, first:end],
-        )
-        _count_four(count, seen, sight.allowed[b : b + 4])
+        ahead, allowed = sight.directions[k, b : b + 4], sight.allowed[b : b + 4]
+        _count_four(count, levels, rows * cols, at, (ahead, allowed))
     for b in range(n - n % 4, n):
-        _count_below(count, levels[ahead[b], row, first:end], sight.allowed[b])
+        start = sight.directions[k, b] * rows * cols + at
+        _count_below(count, levels[start : start + len(count)], sight.allowed[b])
 
 
 @kernel
-def _count_four(count: NDArray[np.uint8], seen: Four, allowed: NDArray[np.uint8]) -> None:
-    one, two, three, four = seen
+def _count_four(
+    count: NDArray[np.uint8],
+    levels: NDArray[np.uint8],
+    layer: int,
+    at: int,
+    beams: tuple[NDArray[np.int64], NDArray[np.uint8]],
+) -> None:
+    """Count four beams in layers of so many `levels`, from the state `at` on."""
+    ahead, allowed = beams
+    a0, a1 = np.uint64(ahead[0] * layer + at), np.uint64(ahead[1] * layer + at)
+    a2, a3 = np.uint64(ahead[2] * layer + at), np.uint64(ahead[3] * layer + at)
     of_one, of_two, of_three, of_four = allowed[0], allowed[1], allowed[2], allowed[3]
     for i in range(len(count)):
-        first = np.uint8(one[i] < of_one) + np.uint8(two[i] < of_two)
-        second = np.uint8(three[i] < of_three) + np.uint8(four[i] < of_four)
+        j = np.uint64(i)
+        first = np.uint8(levels[a0 + j] < of_one) + np.uint8(levels[a1 + j] < of_two)
+        second = np.uint8(levels[a2 + j] < of_three) + np.uint8(levels[a3 + j] < of_four)
         count[i] += np.uint8(first + second)
 
 
