@@ -194,6 +194,22 @@ def test_runs_are_summed_and_their_peaks_found(seed: int) -> None:
 
 
 @given(SEEDS, st.floats(0.0, 0.5))
+def test_states_above_a_threshold_are_those_of_the_chosen_runs(seed: int, threshold: float) -> None:
+    case = Case(seed)
+    is_chosen = case.rng.random(len(case.area.runs)) < 0.7
+    chosen = np.flatnonzero(is_chosen)
+    states, weights = kernels.states_above(case.belief, case.area, chosen, threshold)
+    expected = []
+    for k in range(case.shape[0]):
+        for i in range(case.area.starts[k], case.area.starts[k + 1]):
+            row, first, last = case.area.runs[i]
+            above = np.flatnonzero(case.belief[k, row, first:last] > threshold) + first
+            expected += [(k, row, col) for col in above] if is_chosen[i] else []
+    assert [tuple(state) for state in states] == expected
+    assert np.array_equal(weights, case.belief[tuple(states.T)])
+
+
+@given(SEEDS, st.floats(0.0, 0.5))
 def test_headings_sum_to_the_marginal_but_for_runs_that_are_light(seed: int, least: float) -> None:
     case = Case(seed)
     runs = kernels.sum_runs(case.belief, case.area)

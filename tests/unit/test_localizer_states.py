@@ -9,6 +9,7 @@ from drawing import draw
 from naive import markov as naive
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.localizer import kernels
 from pilotage.localizer.gaussian_start import gaussian_start
 from pilotage.localizer.markov_grid import MarkovGrid
 from pilotage.localizer.motion_spread import MotionSpread
@@ -265,14 +266,16 @@ def test_an_even_belief_of_a_large_hall_is_not_gathered_as_a_whole(
     world = OccupancyMap(GridGeometry(300, 300, 0.1), np.zeros((300, 300), np.int8))
     belief = MarkovGrid(pose_grid(world, PoseGridParams(0.1, 36)), STILL)
     gathered: list[int] = []
-    states_above = belief._states_above
+    states_above = kernels.states_above
 
-    def count(threshold: float, most: int) -> tuple[np.ndarray, np.ndarray]:
-        states, weights = states_above(threshold, most)
+    def count(
+        belief: np.ndarray, area: kernels.Area, chosen: np.ndarray, threshold: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        states, weights = states_above(belief, area, chosen, threshold)
         gathered.append(len(weights))
         return states, weights
 
-    monkeypatch.setattr(belief, "_states_above", count)
+    monkeypatch.setattr(kernels, "states_above", count)
     poses, weights = belief.heaviest(50)
     assert len(poses) == 50
     assert weights == pytest.approx(1.0 / (36 * 90_000), rel=1e-4)

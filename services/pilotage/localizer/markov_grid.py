@@ -18,6 +18,7 @@ from pilotage.localizer import kernels
 from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.focus import Focus, FocusParams
 from pilotage.localizer.gaussian_start import gaussian_start
+from pilotage.localizer.heaviest import heaviest_states
 from pilotage.localizer.kernels import Area, Prior, Runs, Sight
 from pilotage.localizer.layers import Layers
 from pilotage.localizer.likelihood_field import LikelihoodField
@@ -231,10 +232,7 @@ class MarkovGrid:
         """
         if self.total == 0.0:
             return np.empty((0, 3), np.int64), np.empty(0)
-        states, weights = self._states_above(self._threshold(most), most)
-        if len(weights) > most:
-            order = np.argpartition(weights, -most)[-most:]
-            states, weights = states[order], weights[order]
+        states, weights = heaviest_states(self._belief, self.area, self.runs, most)
         return states, weights.astype(np.float64) / self.total
 
     def scale_states(self, states: NDArray[np.int64], factors: NDArray[np.float32]) -> None:
@@ -260,35 +258,6 @@ class MarkovGrid:
         summed = kernels.sum_logarithms(self._belief, bits, self.area, self.runs.mass)
         # H of b / total is log2(total) - (sum b log2 b) / total.
         return max(0.0, float(np.log2(self.total) - summed / self.total))
-
-    def _threshold(self, most: int) -> float:
-        """Return a weight that about `most` states at most exceed, judged by the runs' maxima."""
-        peaks = self.runs.peak
-        highest = float(peaks.max())
-        busiest = max(1, most // 8)
-        usual = float(np.partition(peaks, -busiest)[-busiest]) if len(peaks) > busiest else 0.0
-        return max(highest * 1e-4, min(usual, highest * 0.999))
-
-    def _states_above(
-        self, threshold: float, most: int
-    ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-        """Return the states (n, 3) above a threshold, and weights (n,), in the `most` best runs.
-
-        The `most` heaviest states lie in no more runs than that, and an even belief, where every
-        state is above the threshold, must not be gathered as a whole.
-        """
-        runs = np.flatnonzero(self.runs.peak > threshold)
-        if len(runs) > most:
-            runs = runs[np.argpartition(self.runs.peak[runs], -most)[-most:]]
-        layers = np.searchsorted(self.area.starts, runs, side="right") - 1
-        states, weights = [np.empty((0, 3), np.int64)], [np.empty(0, np.float32)]
-        for k, (row, first, last) in zip(layers, self.area.runs[runs], strict=True):
-            run = self._belief[k, row, first:last]
-            cols = np.nonzero(run > threshold)[0]
-            places = np.column_stack([np.full_like(cols, k), np.full_like(cols, row), cols + first])
-            states.append(places)
-            weights.append(run[cols])
-        return np.concatenate(states), np.concatenate(weights)
 
     def _forget(self) -> None:
         """Put the layers back onto the map's cells and work on all of them."""

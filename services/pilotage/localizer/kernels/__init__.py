@@ -33,7 +33,12 @@ from pilotage.localizer.kernels.resting import (
     wake_tiles,
     weigh_tiles,
 )
-from pilotage.localizer.kernels.summing import sum_headings, sum_logarithms, sum_runs
+from pilotage.localizer.kernels.summing import (
+    states_above,
+    sum_headings,
+    sum_logarithms,
+    sum_runs,
+)
 from pilotage.localizer.kernels.weighing import (
     Echoes,
     Sight,
@@ -69,6 +74,7 @@ __all__ = [
     "spread_layers",
     "spread_tile_headings",
     "spread_tiles",
+    "states_above",
     "sum_headings",
     "sum_logarithms",
     "sum_runs",
@@ -90,6 +96,7 @@ def warm_up() -> None:
     _warm_up_weighing(belief, area, prior)
     runs = sum_runs(belief, area)
     sum_headings(belief, area, runs.mass, 0.0)
+    states_above(belief, area, np.zeros(1, np.int64), 0.0)
     sum_logarithms(belief, belief.view(np.int32), area, runs.mass)
     shift_layers(belief, area, np.ones((2, 2), np.int64))
     spread_layers(belief, area, 0.1)

@@ -34,6 +34,28 @@ def _sum_and_peak(run: NDArray[np.float32]) -> tuple[float, np.float32]:
 
 
 @kernel
+def states_above(
+    belief: Belief, area: Area, chosen: NDArray[np.int64], threshold: float
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Return the states (n, 3) above a threshold in chosen runs (m,), rising, and weights (n,)."""
+    count = 0
+    for i in chosen:
+        count += area.runs[i, 2] - area.runs[i, 1]
+    states, weights = np.empty((count, 3), np.int64), np.empty(count, np.float32)
+    count, k = 0, 0
+    for i in chosen:
+        while i >= area.starts[k + 1]:
+            k += 1
+        row, first, last = area.runs[i]
+        for col in range(first, last):
+            if belief[k, row, col] > threshold:
+                states[count, 0], states[count, 1], states[count, 2] = k, row, col
+                weights[count] = belief[k, row, col]
+                count += 1
+    return states[:count].copy(), weights[:count].copy()
+
+
+@kernel
 def sum_headings(
     belief: Belief, area: Area, mass: NDArray[np.float64], least: float
 ) -> NDArray[np.float32]:
