@@ -266,3 +266,40 @@ def test_scaled_states_count_in_a_focused_belief_too() -> None:
     total = walk.focused.total
     walk.focused.scale_states(states, np.full(len(states), 0.5, np.float32))
     assert walk.focused.total == pytest.approx(total * (1.0 - 0.5 * weights.sum()), rel=1e-5)
+
+
+def test_a_map_without_a_wall_tells_no_place_from_another() -> None:
+    """All beams end nowhere, everywhere alike: an even belief stays even."""
+    world = OccupancyMap(GridGeometry(30, 40, CELL), np.zeros((30, 40), np.int8))
+    states = pose_grid(world, PoseGridParams(CELL, HEADINGS))
+    grid = MarkovGrid(states, MotionSpread(), SMALL)
+    field = likelihood_field(world, states.geometry, states.heading_step, FIELD)
+    ends = 2.0 * np.stack([np.cos(BEARINGS), np.sin(BEARINGS)], axis=1)
+    for _ in range(3):
+        grid.add_floor(1e-6)
+        grid.weigh_scan(ends, field, 0.3)
+        grid.settle()
+        grid.predict([0.0, 0.0, 0.3])
+    share = grid.belief / grid.total
+    assert share == pytest.approx(1.0 / states.admissible_states, rel=1e-4)
+
+
+def test_a_symmetric_hall_keeps_a_symmetric_belief() -> None:
+    """A hall turned by half a turn is the same hall: so is the belief, heading by heading."""
+    cells = np.zeros((40, 60), np.int8)
+    cells[[0, -1]], cells[:, [0, -1]] = 100, 100
+    cells[10:14, 20:25], cells[26:30, 35:40] = 100, 100
+    world = OccupancyMap(GridGeometry(40, 60, CELL), cells)
+    states = pose_grid(world, PoseGridParams(CELL, HEADINGS))
+    grid = MarkovGrid(states, MotionSpread(), SMALL)
+    field = likelihood_field(world, states.geometry, states.heading_step, FIELD)
+    ranges = cast_scan(world, [3.1, 2.3, 0.4], BEARINGS, 12.0)
+    ends = ranges[:, None] * np.stack([np.cos(BEARINGS), np.sin(BEARINGS)], axis=1)
+    for _ in range(3):
+        grid.add_floor(1e-6)
+        grid.weigh_scan(ends, field, 0.3)
+        grid.settle()
+    turned = np.roll(grid.belief, HEADINGS // 2, axis=0)[:, ::-1, ::-1]
+    half = grid.belief[:, : states.geometry.rows // 2].sum(dtype=np.float64)
+    assert half == pytest.approx(0.5 * grid.belief.sum(dtype=np.float64), rel=0.02)
+    assert np.corrcoef(grid.belief.ravel(), turned.ravel())[0, 1] > 0.98
