@@ -244,7 +244,8 @@ class Hypotheses:
     def _share_of_new(self, new: Places) -> NDArray[np.float64]:
         """Return the log-probability (m,) of new places: as old ones with the same evidence."""
         if not len(self.places):
-            return new.recent.sum(axis=1)
+            alone: NDArray[np.float64] = new.recent.sum(axis=1)
+            return alone
         return np.array(
             [self._share_beside(*one) for one in zip(new.poses, new.recent, strict=True)]
         )
