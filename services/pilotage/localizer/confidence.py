@@ -12,8 +12,14 @@ import numpy as np
 MOST_AHEAD = 14.0
 """Evidence [nat] ahead of all other places beyond which more makes no difference."""
 
-MOST_SUPPORT = 0.5
+MOST_SUPPORT = 0.25
 """Support [nat a beam] beyond which more makes no difference."""
+
+LEAST_MASS = 1e-4
+"""Mass below which less, or up to one above which more, makes no difference."""
+
+DISSENT = 3.0
+"""Log-odds by which a place may be surer than its share of the belief."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +35,7 @@ class Signs:
     mass: float
 
 
-WEIGHTS = Signs(ahead=0.375, support=12.9, mass=7.6)
+WEIGHTS = Signs(ahead=0.375, support=14.2, mass=7.7)
 BIAS = -2.6
 """Found by tests/benchmarks/fit_confidence.py."""
 
@@ -37,10 +43,13 @@ BIAS = -2.6
 def confidence_of(signs: Signs) -> float:
     """Return the probability that the best place is right within 0.5 m and 15 degrees.
 
-    It is never more than the place's share of all places: of like ones none is certain.
+    It is never more than the place's share of all places: of like ones none is certain. Nor is it
+    high where the belief, which sees less but forgets no state, holds nearly nothing.
     """
     log_odds = BIAS + float(np.dot(astuple(WEIGHTS), features(signs)))
-    return float(1.0 / (1.0 + np.exp(-min(log_odds, signs.ahead))))
+    mass = min(max(signs.mass, LEAST_MASS), 1.0 - LEAST_MASS)
+    by_mass = float(np.log(mass / (1.0 - mass))) + DISSENT
+    return float(1.0 / (1.0 + np.exp(-min(log_odds, signs.ahead, by_mass))))
 
 
 def features(signs: Signs) -> tuple[float, ...]:

@@ -24,6 +24,9 @@ from pilotage.localizer.obstacles import Obstacles
 END_LIMITS = np.array([0.05, 0.1, 0.2, 0.4])
 """Classes of an end's distance from the nearest obstacle [m]."""
 
+USUAL_CELL = 0.1
+"""Size of a cell [m] for which those hold; an exact beam ends half a cell from a cell's middle."""
+
 WEIGHTS = np.array(
     [
         # < 0.05, < 0.1, < 0.2, < 0.4, more [m] from an obstacle
@@ -106,7 +109,7 @@ def weigh(
 def _scales(cell: float) -> Scales:
     """Return the scales in cells of `cell` m."""
     return Scales(
-        limits=END_LIMITS / cell,
+        limits=END_LIMITS * max(1.0, cell / USUAL_CELL) / cell,
         tolerance=TOLERANCE / cell,
         beside=max(BESIDE, cell) / cell,
         pull=PULL / cell,

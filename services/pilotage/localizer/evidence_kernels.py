@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
 
-INSIDE = 0.4
-"""A ray nearer than this to the centre of an obstacle's cell has met the obstacle."""
+INSIDE = 0.55
+"""A ray nearer than this to the centre of an obstacle's cell has met the obstacle: at its face, and
+between two cells that touch by a corner."""
 
 LEAST_STEP = 0.4
 """A ray moves on by so much at least."""

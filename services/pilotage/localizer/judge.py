@@ -40,7 +40,10 @@ YOUNG = 3
 WORSE = 0.35
 """A scan whose beams speak for the place by so much less [nat] than usual is a surprise."""
 
-CONFIRMED = 3
+LITTLE_MASS, MOST_DISSENTS = 0.02, 8
+"""A best place with less than this share of the belief, so many times in a row, is in dispute."""
+
+CONFIRMED = 2
 """Measurements in a row that must agree where mass alone has to do."""
 
 AGREE_WAY, AGREE_TURN = 0.6, 0.35
@@ -67,7 +70,7 @@ class Judge:
         self.estimate = self._nothing
         self._odom_from_base: NDArray[np.float64] | None = None
         self._agreeing = 0
-        self._judged = 0
+        self._judged = self._dissents = 0
 
     def begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
         """Begin anew with what is believed before any measurement."""
@@ -75,7 +78,7 @@ class Judge:
         self._verdict.begin(was_localized=was_localized)
         self._odom_from_base = None
         self._agreeing = CONFIRMED - 1 if was_localized else 0
-        self._judged = 0
+        self._judged = self._dissents = 0
         self.estimate = self._nothing
         if modes:
             best = modes[0]
@@ -87,7 +90,13 @@ class Judge:
         self._odom_from_base = None
 
     def is_surprised(self, odom_from_base: NDArray[np.float64], seen: Measurement) -> bool:
-        """Say whether a scan contradicts the pose where odometry puts a localized robot."""
+        """Say whether all places should compete anew.
+
+        A scan contradicts the pose where odometry puts a localized robot; or places and belief
+        have contradicted each other for so long that one of them must be in a rut.
+        """
+        if self._dissents >= MOST_DISSENTS:
+            return True
         beams = _telling(seen)
         if self.estimate.state != "localized" or beams is None or self._odom_from_base is None:
             return False
@@ -141,7 +150,7 @@ class Judge:
         """Follow the places to this measurement; after a surprise all compete anew."""
         if surprise:
             self._hypotheses.forget()
-            self._judged = 0
+            self._judged = self._dissents = 0
         most = FIRST_PLACES if self._judged < YOUNG or self.is_searching else MORE_PLACES
         proposed = find_peaks(*states, most)
         if surprise:
@@ -180,6 +189,8 @@ class Judge:
             return Estimate(self.estimate.pose, self.estimate.covariance, state, 0.0, [], None)
         modes = self._modes(places, states, beams)
         signs = self._signs(places, states)
+        dissents = signs.mass < LITTLE_MASS and signs.ahead > 0.0
+        self._dissents = self._dissents + 1 if dissents else 0
         confidence = confidence_of(signs)
         masses = [mode.mass for mode in modes]
         state = self._verdict.judge(confidence, masses, surprise=surprise)

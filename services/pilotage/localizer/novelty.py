@@ -3,7 +3,7 @@
 Neighbouring scans see the same walls and the same unmapped furniture. Were each counted
 afresh, a chair would speak against the right room with every scan, and of two like rooms one
 would win by small errors of the map, repeated. So each piece of surface counts by
-1 / (1 + how often it was seen already), by where odometry puts it.
+1 / (1 + how often it was seen already)^2, by where odometry puts it.
 """
 
 from collections import deque
@@ -36,7 +36,7 @@ class SeenSurfaces:
     def novelty(self, odom_from_base: NDArray[np.float64], beams: Beams) -> NDArray[np.float64]:
         """Return how new (n,) each beam of a scan is, 0 to 1."""
         counts = [self._seen.get(key, 0) for key in _pieces(odom_from_base, beams)]
-        return 1.0 / (1.0 + np.array(counts, float))
+        return 1.0 / (1.0 + np.array(counts, float)) ** 2
 
     def keep(self, odom_from_base: NDArray[np.float64], beams: Beams) -> None:
         """Take a scan's surfaces as seen once more."""

@@ -7,7 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.core.distance_field import distance_to_walls
-from pilotage.core.grid import OCCUPIED, GridGeometry, OccupancyMap
+from pilotage.core.grid import OCCUPIED, UNKNOWN, GridGeometry, OccupancyMap
+
+MARGIN = 3
+"""Cells beyond the edge of a map on which distances are known."""
 
 FARTHEST = 1e4
 """Distance [cells] told where a map has no wall at all."""
@@ -55,7 +58,21 @@ def enclosed(world: OccupancyMap) -> OccupancyMap:
 
 
 def obstacles(world: OccupancyMap) -> Obstacles:
-    """Return the distances of a map, on its own cells, to the walls that enclose its free space."""
-    distance = distance_to_walls(enclosed(world).is_wall, 1.0)
-    behind = np.where(world.is_free, 1.0, -1.0)
-    return Obstacles(world.geometry, (behind * np.minimum(distance, FARTHEST)).astype(np.float32))
+    """Return the distances of a map to the walls that enclose its free space.
+
+    On its own cells and MARGIN more on every side, so that walls at its edge have two sides.
+    """
+    wider = _widened(world)
+    distance = distance_to_walls(enclosed(wider).is_wall, 1.0)
+    behind = np.where(wider.is_free, 1.0, -1.0)
+    return Obstacles(wider.geometry, (behind * np.minimum(distance, FARTHEST)).astype(np.float32))
+
+
+def _widened(world: OccupancyMap) -> OccupancyMap:
+    """Return a map with MARGIN more unknown cells on every side."""
+    old = world.geometry
+    corner = se2.compose(old.origin, [-MARGIN * old.resolution, -MARGIN * old.resolution, 0.0])
+    x, y, theta = (float(value) for value in corner)
+    cells = np.pad(world.cells, MARGIN, constant_values=UNKNOWN)
+    geometry = GridGeometry(*cells.shape, old.resolution, (x, y, theta))
+    return OccupancyMap(geometry, cells)
