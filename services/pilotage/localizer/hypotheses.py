@@ -182,9 +182,16 @@ class Hypotheses:
 
         The less there was that was new, the more counts how well all beams usually fit.
         """
+        return self._support(self.places)
+
+    def support_of(self, places: Places) -> float:
+        """Return the support of the first of some places."""
+        return float(self._support(places)[0])
+
+    def _support(self, places: Places) -> NDArray[np.float64]:
         new = np.array([seen.novelty.sum() for seen in reversed(self._last)])
-        recent = self.places.recent[:, : len(new)].sum(axis=1) / CORRELATED
-        support: NDArray[np.float64] = (recent + USUAL_BEAMS * self.places.fit) / (
+        recent = places.recent[:, : len(new)].sum(axis=1) / CORRELATED
+        support: NDArray[np.float64] = (recent + USUAL_BEAMS * places.fit) / (
             new.sum() + USUAL_BEAMS
         )
         return support

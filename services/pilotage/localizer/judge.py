@@ -40,10 +40,16 @@ YOUNG = 3
 WORSE = 0.35
 """A scan whose beams speak for the place by so much less [nat] than usual is a surprise."""
 
+MOST_WEIGHED = 40
+"""Places that are held against the belief."""
+
+BELIEF_COUNTS, LEAST_BELIEF = 0.5, 1e-6
+"""Power of the belief's mass at a place in the place's probability, and the least mass."""
+
 LITTLE_MASS, MOST_DISSENTS = 0.02, 8
 """A best place with less than this share of the belief, so many times in a row, is in dispute."""
 
-CONFIRMED = 2
+CONFIRMED = 1
 """Measurements in a row that must agree where mass alone has to do."""
 
 AGREE_WAY, AGREE_TURN = 0.6, 0.35
@@ -187,6 +193,7 @@ class Judge:
         if not len(places):
             state = self._verdict.judge(0.0, [], surprise=surprise)
             return Estimate(self.estimate.pose, self.estimate.covariance, state, 0.0, [], None)
+        places = _with_belief(places, states)
         modes = self._modes(places, states, beams)
         signs = self._signs(places, states)
         dissents = signs.mass < LITTLE_MASS and signs.ahead > 0.0
@@ -215,7 +222,7 @@ class Judge:
         poses, weights = states
         return Signs(
             ahead=float(np.log(share[0]) - np.log(max(others, 1e-9))),
-            support=float(self._hypotheses.support()[0]),
+            support=self._hypotheses.support_of(places),
             mass=float(weights[is_within(poses, places.poses[0])].sum()),
         )
 
@@ -266,6 +273,22 @@ class Judge:
             return self._agreeing > 0
         way, turn = apart(best.pose, self._expected(odom_from_base))
         return way <= AGREE_WAY and turn <= AGREE_TURN
+
+
+def _with_belief(places: Places, states: tuple[NDArray[np.float64], NDArray[np.float64]]) -> Places:
+    """Return the likeliest places by what both the places and the belief say of them.
+
+    The belief sees less of a scan but forgets no state; it counts by a power of its mass there.
+    """
+    poses, weights = states
+    likely = places.chosen(np.arange(min(MOST_WEIGHED, len(places))))
+    mass = np.array([weights[is_within(poses, pose)].sum() for pose in likely.poses])
+    share = likely.log_share + BELIEF_COUNTS * np.log(np.maximum(mass, LEAST_BELIEF))
+    order = np.argsort(-share, kind="stable")
+    fused = likely.chosen(order)
+    share = share[order] - share.max()
+    fused.log_share = share - np.log(np.exp(share).sum())
+    return fused
 
 
 def _telling(seen: Measurement) -> Beams | None:
