@@ -33,10 +33,9 @@ from pilotage.robot.simulator.floor_plans import office_floor
 MAPS = Path(__file__).resolve().parents[3] / "shared" / "datasets" / "maps"
 CASES: dict[str, tuple[str, tuple[int, ...], float]] = {
     "clean": ("clean", (30,), 1.0),
-    "kidnapped": ("clean", (20, 25), 1.0),
     "hard": ("hard", (60,), 1.0),
     "hard, kidnapped": ("hard", (30, 30), 1.0),
-    "extreme": ("extreme", (80,), 0.75),
+    "extreme": ("extreme", (80,), 0.4),
 }
 """Condition, scans of each part of a track, and share of the runs."""
 

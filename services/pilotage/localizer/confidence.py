@@ -18,6 +18,9 @@ MOST_SUPPORT = 0.25
 LEAST_MASS = 1e-4
 """Mass below which less, or up to one above which more, makes no difference."""
 
+ODDS_COUNT = 0.5
+"""Power of the place's odds that the confidence may follow: beams and scans are correlated."""
+
 DISSENT = 3.0
 """Log-odds by which a place may be surer than its share of the belief."""
 
@@ -43,13 +46,14 @@ BIAS = -2.6
 def confidence_of(signs: Signs) -> float:
     """Return the probability that the best place is right within 0.5 m and 15 degrees.
 
-    It is never more than the place's share of all places: of like ones none is certain. Nor is it
-    high where the belief, which sees less but forgets no state, holds nearly nothing.
+    It never says more than the place's odds against all others do, of which the root counts: of
+    like ones none is certain. Nor is it high where the belief, which sees less but forgets no
+    state, holds nearly nothing.
     """
     log_odds = BIAS + float(np.dot(astuple(WEIGHTS), features(signs)))
     mass = min(max(signs.mass, LEAST_MASS), 1.0 - LEAST_MASS)
     by_mass = float(np.log(mass / (1.0 - mass))) + DISSENT
-    return float(1.0 / (1.0 + np.exp(-min(log_odds, signs.ahead, by_mass))))
+    return float(1.0 / (1.0 + np.exp(-min(log_odds, ODDS_COUNT * signs.ahead, by_mass))))
 
 
 def features(signs: Signs) -> tuple[float, ...]:
