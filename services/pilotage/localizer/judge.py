@@ -16,7 +16,7 @@ from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.confidence import Signs, confidence_of
 from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.evidence import ends_in_base
-from pilotage.localizer.hypotheses import Hypotheses, Places, Witness
+from pilotage.localizer.hypotheses import AROUND, Hypotheses, Places, Witness
 from pilotage.localizer.landmark_model import landmark_likelihoods
 from pilotage.localizer.measurement import Beams, Measurement
 from pilotage.localizer.modes import LEAST_MASS, MOST_MODES, Mode, apart, find_modes, is_within
@@ -109,8 +109,12 @@ class Judge:
         if not len(self._hypotheses.places):
             return False
         expected = self._expected(odom_from_base)
-        fit = self._hypotheses.fit_at(expected[None], beams).fit[0]
-        return bool(fit < min(0.0, self._hypotheses.places.fit[0] - WORSE))
+        limit = min(0.0, self._hypotheses.places.fit[0] - WORSE)
+        if self._hypotheses.fit_at(expected[None], beams).fit[0] >= limit:
+            return False
+        # Wheels slip: the robot may only be a little beside where it should be.
+        around = se2.compose(expected, AROUND)
+        return bool(self._hypotheses.fit_at(around, beams).fit.max() < limit)
 
     @property
     def is_searching(self) -> bool:
