@@ -1,5 +1,6 @@
 """The confidence: a probability that rises with each thing that speaks for a place."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -7,8 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pilotage.localizer.confidence import (
+    DISSENT,
+    LEAST_MASS,
     MOST_AHEAD,
     MOST_SUPPORT,
+    ODDS_COUNT,
     Signs,
     confidence_of,
     features,
@@ -70,4 +74,26 @@ def test_signs_count_no_further_than_their_limits(sign: float) -> None:
 
 
 def test_features_come_in_the_order_of_the_signs() -> None:
-    assert features(SURE) == pytest.approx((8.0, 0.35, 0.95))
+    assert features(replace(SURE, support=0.2)) == pytest.approx((8.0, 0.2, 0.95))
+
+
+@given(SIGNS)
+def test_the_odds_of_a_place_are_never_more_than_a_power_of_those_against_all_others(
+    signs: Signs,
+) -> None:
+    assert confidence_of(signs) <= 1.0 / (1.0 + math.exp(-ODDS_COUNT * signs.ahead)) + 1e-12
+
+
+@given(SIGNS, st.floats(1e-3, 0.999))
+def test_the_odds_of_a_place_are_held_down_by_its_share_of_the_belief(
+    signs: Signs, mass: float
+) -> None:
+    odds = math.exp(DISSENT) * mass / (1.0 - mass)
+    assert confidence_of(replace(signs, mass=mass)) <= odds / (1.0 + odds) + 1e-12
+
+
+@pytest.mark.parametrize("mass", [0.0, LEAST_MASS])
+def test_where_the_belief_holds_nothing_no_evidence_makes_a_place_likely(mass: float) -> None:
+    best = Signs(ahead=2.0 * MOST_AHEAD, support=2.0 * MOST_SUPPORT, mass=mass)
+    assert 0.0 < confidence_of(best) < 0.003
+    assert confidence_of(replace(best, mass=1.0)) > VerdictParams().enter

@@ -14,6 +14,9 @@ from pilotage.localizer.novelty import PIECE, REMEMBERED, SeenSurfaces
 HERE, AWAY = np.array([0.1, 0.07, 0.0]), np.array([40.1, 0.07, 0.0])
 """Off the edges between pieces, on which rounding would decide."""
 
+SEEN_ONCE = 0.25
+"""Novelty of what one scan saw before."""
+
 BEARINGS = np.arange(8) * math.tau / 8
 
 
@@ -33,24 +36,24 @@ def test_what_was_never_seen_is_all_new() -> None:
     assert seen(3).novelty(AWAY, beams()).tolist() == [1.0] * 8
 
 
-def test_the_same_scan_from_the_same_place_counts_one_a_half_a_third() -> None:
+def test_the_same_scan_from_the_same_place_counts_one_a_quarter_a_ninth() -> None:
     surfaces = SeenSurfaces()
     for count in range(1, 6):
-        assert surfaces.novelty(HERE, beams()) == pytest.approx(1.0 / count)
+        assert surfaces.novelty(HERE, beams()) == pytest.approx(1.0 / count**2)
         surfaces.keep(HERE, beams())
 
 
 def test_only_the_beams_that_see_something_else_are_new() -> None:
     farther = [2.1, 2.1, 6.0, 2.1, 2.1, 2.1, 9.0, 2.1]
     novelty = seen(1).novelty(HERE, beams(farther))
-    assert novelty.tolist() == [0.5, 0.5, 1.0, 0.5, 0.5, 0.5, 1.0, 0.5]
+    assert novelty.tolist() == [0.25, 0.25, 1.0, 0.25, 0.25, 0.25, 1.0, 0.25]
 
 
 def test_beams_that_meet_the_same_piece_see_it_once() -> None:
     close = Beams(np.array([0.0, 0.01]), np.array([3.1, 3.1]), np.zeros(3), 12.0)
     surfaces = SeenSurfaces()
     surfaces.keep(np.array([0.0, 0.1, 0.0]), close)
-    assert surfaces.novelty(np.array([0.0, 0.1, 0.0]), close) == pytest.approx(0.5)
+    assert surfaces.novelty(np.array([0.0, 0.1, 0.0]), close) == pytest.approx(SEEN_ONCE)
 
 
 def test_a_piece_is_known_again_from_elsewhere() -> None:
@@ -60,23 +63,24 @@ def test_a_piece_is_known_again_from_elsewhere() -> None:
     turned = Beams(np.array([math.pi / 2.0]), np.array([3.1]), np.zeros(3), 12.0)
     surfaces = SeenSurfaces()
     surfaces.keep(np.array([0.0, 0.1, 0.0]), one)
-    assert surfaces.novelty(np.array([1.0, 0.1, 0.0]), nearer) == pytest.approx(0.5)
-    assert surfaces.novelty(np.array([0.0, 0.1, -math.pi / 2.0]), turned) == pytest.approx(0.5)
+    assert surfaces.novelty(np.array([1.0, 0.1, 0.0]), nearer) == pytest.approx(SEEN_ONCE)
+    right = np.array([0.0, 0.1, -math.pi / 2.0])
+    assert surfaces.novelty(right, turned) == pytest.approx(SEEN_ONCE)
 
 
 def test_the_mount_of_the_laser_counts() -> None:
     """The same surface, measured by a laser that sits 0.5 m ahead of the robot's middle."""
     surfaces = seen(1)
     behind = HERE - np.array([0.5, 0.0, 0.0])
-    assert surfaces.novelty(behind, beams(mount=(0.5, 0.0, 0.0))) == pytest.approx(0.5)
+    assert surfaces.novelty(behind, beams(mount=(0.5, 0.0, 0.0))) == pytest.approx(SEEN_ONCE)
     turned = beams(mount=(0.0, 0.0, math.tau / 8))
-    assert surfaces.novelty(HERE, turned) == pytest.approx(0.5)
+    assert surfaces.novelty(HERE, turned) == pytest.approx(SEEN_ONCE)
 
 
 def test_beams_without_a_return_are_known_by_where_they_point() -> None:
     surfaces = SeenSurfaces()
     surfaces.keep(HERE, beams(math.inf))
-    assert surfaces.novelty(HERE, beams(math.inf)) == pytest.approx(0.5)
+    assert surfaces.novelty(HERE, beams(math.inf)) == pytest.approx(SEEN_ONCE)
     assert surfaces.novelty(HERE + np.array([3.0, 0.0, 0.0]), beams(math.inf))[0] == 1.0
     assert surfaces.novelty(HERE, beams(3.0)) == pytest.approx(1.0), "no wall was met there"
 
@@ -85,14 +89,14 @@ def test_surfaces_are_new_again_once_they_are_forgotten() -> None:
     surfaces = seen(1)
     for _ in range(REMEMBERED - 1):
         surfaces.keep(AWAY, beams())
-    assert surfaces.novelty(HERE, beams()) == pytest.approx(0.5)
+    assert surfaces.novelty(HERE, beams()) == pytest.approx(SEEN_ONCE)
     surfaces.keep(AWAY, beams())
     assert surfaces.novelty(HERE, beams()) == pytest.approx(1.0)
 
 
 def test_however_long_a_robot_stands_it_remembers_no_more_than_the_last_scans() -> None:
     surfaces = seen(3 * REMEMBERED)
-    assert surfaces.novelty(HERE, beams()) == pytest.approx(1.0 / (1 + REMEMBERED))
+    assert surfaces.novelty(HERE, beams()) == pytest.approx(1.0 / (1 + REMEMBERED) ** 2)
     for _ in range(REMEMBERED):
         surfaces.keep(AWAY, beams())
     assert surfaces.novelty(HERE, beams()) == pytest.approx(1.0)
