@@ -18,7 +18,7 @@ MOST_SUPPORT = 0.25
 LEAST_MASS = 1e-4
 """Mass below which less, or up to one above which more, makes no difference."""
 
-ODDS_COUNT = 0.5
+ODDS_COUNT = 0.75
 """Power of the place's odds that the confidence may follow: beams and scans are correlated."""
 
 DISSENT = 3.0
@@ -46,7 +46,7 @@ BIAS = -2.6
 def confidence_of(signs: Signs) -> float:
     """Return the probability that the best place is right within 0.5 m and 15 degrees.
 
-    It never says more than the place's odds against all others do, of which the root counts: of
+    It never says more than the place's odds against all others do, of which a power counts: of
     like ones none is certain. Nor is it high where the belief, which sees less but forgets no
     state, holds nearly nothing.
     """

@@ -43,7 +43,7 @@ WORSE = 0.35
 MOST_WEIGHED = 40
 """Places that are held against the belief."""
 
-BELIEF_COUNTS, LEAST_BELIEF = 0.5, 1e-6
+BELIEF_COUNTS, LEAST_BELIEF = 0.5, 1e-3
 """Power of the belief's mass at a place in the place's probability, and the least mass."""
 
 LITTLE_MASS, MOST_DISSENTS = 0.02, 8

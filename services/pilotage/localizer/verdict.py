@@ -1,6 +1,6 @@
 """Which of four words the estimate deserves: unknown, ambiguous, localized, lost.
 
-`localized` follows from the confidence alone, which has to be high three times in a row; a lower limit
+`localized` follows from the confidence alone, which has to be high twice in a row; a lower limit
 keeps it, so that it does not flicker. Short of it, several likely places are `ambiguous`. A robot
 that was localized and is no longer anywhere in particular is `lost`; one that never was is
 `unknown`, as is one that is on its way back.
@@ -22,9 +22,9 @@ class VerdictParams:
     lost robot is rather on its way back.
     """
 
-    enter: float = 0.96
+    enter: float = 0.95
     stay: float = 0.5
-    earned_by: int = 3
+    earned_by: int = 2
     rival_mass: float = 0.10
     named_mass: float = 0.5
     hope: float = 0.3
