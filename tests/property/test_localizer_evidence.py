@@ -17,7 +17,7 @@ from pilotage.core.raycast import cast_scan
 from pilotage.localizer.evidence import EVIDENCE_BEAMS, chosen_beams, ends_in_base, weigh
 from pilotage.localizer.evidence_kernels import first_obstacle
 from pilotage.localizer.measurement import Beams
-from pilotage.localizer.obstacles import Obstacles, enclosed, obstacles
+from pilotage.localizer.obstacles import MARGIN, Obstacles, enclosed, obstacles
 from pilotage.localizer.precision import fitted_covariance
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ def free_pose(seed: int) -> Array:
     """A pose of the flat with half a metre of room about it."""
     rng = np.random.default_rng(seed)
     roomy = np.argwhere(AROUND.distance >= 5.0)
-    (place,) = WORLD.geometry.centres_of(roomy[rng.integers(len(roomy))][None])
+    (place,) = AROUND.geometry.centres_of(roomy[rng.integers(len(roomy))][None])
     return np.array([*(place + rng.uniform(-0.05, 0.05, 2)), rng.uniform(-math.pi, math.pi)])
 
 
@@ -72,19 +72,50 @@ def test_free_space_that_meets_the_unknown_is_walled_off_there() -> None:
 
 
 def test_distances_are_in_cells_and_negative_behind_walls() -> None:
-    told = obstacles(draw("????#...#", resolution=0.05)).distance
-    assert told[0].tolist() == [-4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 1.0, 0.0]
+    """A wall at the edge of the map has two sides: distances go on beyond it."""
+    told = obstacles(
+        draw(
+            """
+            ????#####
+            ????#...#
+            ????#...#
+            ????#...#
+            ????#####
+            """,
+            resolution=0.05,
+        )
+    ).distance
+    beyond, inside = [-1.0, -2.0, -3.0], [-4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 1.0, 0.0]
+    assert len(beyond) == MARGIN
+    assert told[MARGIN + 2].tolist() == [-7.0, -6.0, -5.0, *inside, *beyond]
+    assert told[:, MARGIN + 6].tolist() == [*beyond[::-1], 0.0, 1.0, 2.0, 1.0, 0.0, *beyond]
 
 
-def test_where_there_is_no_wall_everything_is_far_and_finite() -> None:
-    told = obstacles(draw("....")).distance
+def test_a_map_whose_free_space_runs_to_its_edge_is_walled_off_beyond_it() -> None:
+    told = obstacles(draw("....\n....\n....")).distance
+    assert told[MARGIN + 1].tolist() == [-2.0, -1.0, 0.0, 1.0, 2.0, 2.0, 1.0, 0.0, -1.0, -2.0]
+
+
+def test_where_the_map_shows_nothing_everything_is_far_and_finite() -> None:
+    told = obstacles(draw("????")).distance
     assert np.isfinite(told).all()
-    assert (told > 1e3).all()
+    assert (np.abs(told) > 1e3).all()
+
+
+@given(turns, st.floats(-30.0, 30.0), st.floats(-30.0, 30.0))
+def test_the_margin_leaves_the_map_where_it_is(theta: float, x: float, y: float) -> None:
+    world = flat((x, y, theta))
+    around = obstacles(world)
+    assert around.distance.shape == tuple(side + 2 * MARGIN for side in world.cells.shape)
+    corner = around.in_cells(world.geometry.origin)
+    assert corner == pytest.approx([MARGIN, MARGIN, 0.0], abs=1e-9)
+    inside = around.distance[MARGIN:-MARGIN, MARGIN:-MARGIN]
+    assert ((inside > 0.0) == world.is_free).all()
 
 
 @given(turns, st.floats(-30.0, 30.0), st.floats(-30.0, 30.0), seeds)
 def test_poses_go_to_cells_and_back(theta: float, x: float, y: float, seed: int) -> None:
-    around = Obstacles(flat((x, y, theta)).geometry, AROUND.distance)
+    around = Obstacles(replace(AROUND.geometry, origin=(x, y, theta)), AROUND.distance)
     pose = np.random.default_rng(seed).uniform(-3.0, 3.0, (4, 3))
     assert around.in_map(around.in_cells(pose)) == pytest.approx(pose, abs=1e-9)
 
@@ -224,6 +255,20 @@ def test_even_a_beam_that_ends_at_a_wall_speaks_against_a_pose_if_it_went_throug
     assert one_beam(at_the_far_wall)[2] == 1.0
 
 
+@pytest.mark.parametrize(("short", "weight"), [(0.4, 0.5), (0.8, 0.2)])
+@pytest.mark.parametrize("cell", [0.1, 0.2, 0.4])
+def test_what_is_exact_is_told_by_the_cells_of_a_coarse_map(
+    cell: float, short: float, weight: float
+) -> None:
+    """Beams to all four sides that end so many cells short of the middle of a wall's cell."""
+    world = OccupancyMap(replace(HALL.geometry, resolution=cell), HALL.cells)
+    middle = np.array([8.0 * cell, 4.0 * cell, 0.0])
+    lengths = (np.array([7.5, 3.5, 7.5, 3.5]) - short) * cell
+    beams = Beams(np.array([0.0, 0.5, 1.0, 1.5]) * math.pi, lengths, np.zeros(3), RANGE_MAX)
+    word = weigh(middle[None], beams, np.ones(4), obstacles(world))
+    assert word.fit[0] == pytest.approx(weight)
+
+
 def test_silence_is_right_where_nothing_is_in_reach_and_wrong_where_something_is() -> None:
     def silent(range_max: float) -> float:
         beams = Beams(np.zeros(1), np.array([np.inf]), np.zeros(3), range_max)
@@ -289,12 +334,13 @@ LONG = draw("#" * 60 + "\n" + ("." * 60 + "\n") * 9 + "#" * 60, resolution=0.2)
 def test_along_a_corridor_a_pose_is_as_wide_as_the_belief_and_across_it_is_not(
     turn: float,
 ) -> None:
-    around = obstacles(OccupancyMap(replace(LONG.geometry, origin=(3.0, -1.0, turn)), LONG.cells))
+    origin = (3.0, -1.0, turn)
+    around = obstacles(OccupancyMap(replace(LONG.geometry, origin=origin), LONG.cells))
     here = np.array([6.0, 1.1, 0.3])
     bearings = np.linspace(-math.pi, math.pi, 90, endpoint=False)
     ranges = cast_scan(LONG, here, bearings, 2.5)
     ends = ends_in_base(Beams(bearings, ranges, np.zeros(3), 2.5))
-    pose = se2.compose(around.geometry.origin, here)
+    pose = se2.compose(origin, here)
     covariance = fitted_covariance(pose, ends, around, WIDE)
     lengthwise = np.array([math.cos(turn), math.sin(turn), 0.0])
     across = np.array([-math.sin(turn), math.cos(turn), 0.0])

@@ -25,7 +25,7 @@ from localizer_world import (
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.localizer.estimate import Estimate
-from pilotage.localizer.judge import CONFIRMED, LEAST_BEAMS, Judge
+from pilotage.localizer.judge import BELIEF_COUNTS, CONFIRMED, LEAST_BEAMS, LEAST_BELIEF, Judge
 from pilotage.localizer.markov_localizer import MarkovLocalizer
 from pilotage.localizer.measurement import Measurement, Ranges, scan_measurement
 from pilotage.localizer.modes import Mode
@@ -204,6 +204,34 @@ def test_a_hall_that_looks_the_same_from_both_ends_is_ambiguous_all_the_way() ->
             assert min(error(mode.pose, twin)[0] for mode in estimate.modes[:2]) < 0.1
 
 
+@pytest.mark.parametrize("is_twin", [False, True], ids=["here", "twin"])
+def test_of_like_places_the_one_where_the_belief_is_comes_first(*, is_twin: bool) -> None:
+    """The belief saw something that told them apart; by its power, not by its whole mass."""
+    judge = Judge(TWO_FOLD)
+    here = np.array([1.5, 1.6, 0.1])
+    held, other = (alike(here), here) if is_twin else (here, alike(here))
+    states = cloud((held, 0.8), (other, 0.2))
+    estimate = judge.judge(ORIGIN, states, look(TWO_FOLD, here), surprise=False)
+    assert error(estimate.pose, held)[0] < 0.1
+    assert estimate.modes[0].mass / estimate.modes[1].mass == pytest.approx(
+        (0.8 / 0.2) ** BELIEF_COUNTS, rel=0.1
+    )
+
+
+def test_a_place_that_the_belief_has_left_is_not_forgotten_but_hardly_likely() -> None:
+    judge = Judge(TWO_FOLD)
+    here = np.array([1.5, 1.6, 0.1])
+    both = cloud((here, 0.5), (alike(here), 0.5))
+    judge.judge(ORIGIN, both, look(TWO_FOLD, here), surprise=False)
+    estimate = judge.judge(ORIGIN, cloud((here, 1.0)), look(TWO_FOLD, here), surprise=False)
+    assert error(estimate.pose, here)[0] < 0.1
+    assert estimate.modes[0].mass == pytest.approx(
+        1.0 / (1.0 + LEAST_BELIEF**BELIEF_COUNTS), abs=2e-3
+    )
+    again = judge.judge(ORIGIN, both, look(TWO_FOLD, here), surprise=False)
+    assert [mode.mass for mode in again.modes] == pytest.approx([0.5, 0.5], abs=0.05)
+
+
 def test_with_a_compass_only_the_right_end_is_left() -> None:
     estimates, poses = walked_in_the_hall(has_compass=True)
     assert estimates[-1].state == "localized"
@@ -316,9 +344,10 @@ def test_without_a_laser_a_mass_that_jumps_has_to_be_confirmed_anew() -> None:
     elsewhere = cloud((np.array(ELSEWHERE), 0.99))
     words = [
         judge.judge(WAY[6], elsewhere, rangers(WAY[6]), surprise=False).state
-        for _ in range(CONFIRMED + 2)
+        for _ in range(CONFIRMED + VerdictParams().earned_by)
     ]
     assert words[0] == "lost"
+    assert "localized" not in words[:-1]
     assert words[-1] == "localized"
 
 

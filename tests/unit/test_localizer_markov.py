@@ -168,8 +168,8 @@ def test_between_measurements_the_pose_moves_on_by_odometry(walk: Walk) -> None:
 
 
 def test_odometry_that_counts_anew_does_not_move_the_belief(walk: Walk) -> None:
-    for _ in range(5):
-        walk.measure()
+    for step in ROUND[:8]:
+        walk.go(step)
     walk.localizer.restart_odometry()
     walk.odom = np.array([50.0, -20.0, 2.0])
     estimate = walk.measure()
@@ -178,19 +178,20 @@ def test_odometry_that_counts_anew_does_not_move_the_belief(walk: Walk) -> None:
 
 
 def test_a_memory_resumes_where_the_robot_was_and_follows_how_it_moved_since(walk: Walk) -> None:
-    for _ in range(5):
-        walk.measure()
+    for step in ROUND[:8]:
+        walk.go(step)
     memory = walk.localizer.remember()
     assert memory is not None
     assert memory.was_localized
     assert memory.weights.sum() <= 1.0 + 1e-9
-    again = Walk(MarkovLocalizer(WORLD, COARSE), START)
+    x, y, theta = (float(value) for value in walk.pose)
+    again = Walk(MarkovLocalizer(WORLD, COARSE), (x, y, theta))
     again.localizer.resume(memory)
     assert again.localizer.estimate.state == "unknown"
-    assert error(again.localizer.estimate.pose, START)[0] < 0.1
+    assert error(again.localizer.estimate.pose, walk.pose)[0] < 0.1
     again.odom, again.stamp_ns = walk.odom, walk.stamp_ns
-    for _ in range(2):
-        estimate = again.go((0.15, 0.0, -0.1))
+    for step in ROUND[8:10]:
+        estimate = again.go(step)
         assert is_right(estimate, again.pose)
     assert estimate.state == "localized"
 
@@ -202,7 +203,18 @@ def test_a_memory_whose_states_are_all_walls_by_now_resumes_with_nothing(walk: W
     gone = replace(memory, poses=np.array([[99.0, 0.0, 0.0]]), weights=np.ones(1))
     walk.localizer.resume(gone)
     assert walk.localizer.estimate.state == "unknown"
-    assert [walk.measure().state for _ in range(6)][-1] == "localized"
+    estimates = [(walk.go(step), walk.pose) for step in ROUND[:8]]
+    assert all(e.state != "localized" or is_right(e, pose) for e, pose in estimates)
+    assert estimates[-1][0].state == "localized"
+
+
+def test_who_stands_still_earns_no_more_by_looking_again(walk: Walk) -> None:
+    """The same walls, seen again and again, hardly count."""
+    standing = [walk.measure() for _ in range(8)]
+    walking = [walk.go(step) for step in ROUND[:8]]
+    assert is_right(standing[-1], np.array(START))
+    assert standing[-1].confidence < walking[-1].confidence
+    assert walking[-1].state == "localized"
 
 
 def test_before_the_first_measurement_there_is_nothing_to_remember(walk: Walk) -> None:

@@ -2,9 +2,9 @@
 
 The belief over all states proposes places; a grid of 0.10 m and 5 degrees cannot tell like ones
 apart. Each place that it proposes is followed from then on as a pose between the cells: moved by
-odometry, refined on every scan, and weighed by it (`evidence`), each surface counting once
-(`novelty`). That is Wu & Bell's M2 (eq. 8) over places instead of states: the floor keeps any
-place from becoming impossible.
+odometry, refined on every scan, and weighed by it (`evidence`), each surface counting less
+the oftener it was seen (`novelty`). That is Wu & Bell's M2 (eq. 8) over places instead of states:
+the floor keeps any place from becoming impossible.
 
 A place that is proposed late is held against the last scans first, backwards along odometry, so
 that it competes on equal terms.
