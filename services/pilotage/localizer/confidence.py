@@ -15,14 +15,17 @@ MOST_AHEAD = 14.0
 MOST_SUPPORT = 0.25
 """Support [nat a beam] beyond which more makes no difference."""
 
-LEAST_MASS = 1e-4
+LEAST_MASS = 1e-3
 """Mass below which less, or up to one above which more, makes no difference."""
 
 ODDS_COUNT = 0.75
 """Power of the place's odds that the confidence may follow: beams and scans are correlated."""
 
 DISSENT = 3.0
-"""Log-odds by which a place may be surer than its share of the belief."""
+"""Log-odds by which a place may be surer than its share of the belief ..."""
+
+FAR_AHEAD = 6.0
+"""... and by half of what it is farther ahead of all others than this [nat]."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ def confidence_of(signs: Signs) -> float:
     """
     log_odds = BIAS + float(np.dot(astuple(WEIGHTS), features(signs)))
     mass = min(max(signs.mass, LEAST_MASS), 1.0 - LEAST_MASS)
-    by_mass = float(np.log(mass / (1.0 - mass))) + DISSENT
+    by_mass = float(np.log(mass / (1.0 - mass))) + DISSENT + max(0.0, signs.ahead - FAR_AHEAD) / 2.0
     return float(1.0 / (1.0 + np.exp(-min(log_odds, ODDS_COUNT * signs.ahead, by_mass))))
 
 

@@ -16,7 +16,7 @@ from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.confidence import Signs, confidence_of
 from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.evidence import ends_in_base
-from pilotage.localizer.hypotheses import AROUND, Hypotheses, Places, Witness
+from pilotage.localizer.hypotheses import Hypotheses, Places, Witness
 from pilotage.localizer.landmark_model import landmark_likelihoods
 from pilotage.localizer.measurement import Beams, Measurement
 from pilotage.localizer.modes import LEAST_MASS, MOST_MODES, Mode, apart, find_modes, is_within
@@ -45,6 +45,9 @@ MOST_WEIGHED = 40
 
 BELIEF_COUNTS, LEAST_BELIEF = 0.5, 1e-3
 """Power of the belief's mass at a place in the place's probability, and the least mass."""
+
+SLIP = 0.2
+"""Error of odometry [rad] between two scans that is no surprise."""
 
 LITTLE_MASS, MOST_DISSENTS = 0.02, 8
 """A best place with less than this share of the belief, so many times in a row, is in dispute."""
@@ -112,9 +115,9 @@ class Judge:
         limit = min(0.0, self._hypotheses.places.fit[0] - WORSE)
         if self._hypotheses.fit_at(expected[None], beams).fit[0] >= limit:
             return False
-        # Wheels slip: the robot may only be a little beside where it should be.
-        around = se2.compose(expected, AROUND)
-        return bool(self._hypotheses.fit_at(around, beams).fit.max() < limit)
+        # Wheels slip: the robot may only have turned more or less than they said.
+        turned = expected + np.array([[0.0, 0.0, -SLIP], [0.0, 0.0, SLIP]])
+        return bool(self._hypotheses.fit_at(turned, beams).fit.max() < limit)
 
     @property
     def is_searching(self) -> bool:
