@@ -3,10 +3,11 @@
     .venv/bin/python tests/benchmarks/building_trials.py OUT [RUNS] [MAP ...]
 
 For the own office and every map of ../shared/datasets/maps: RUNS simulated tracks from an unknown
-start per case (see CASES, and experiments/clutter for the conditions). Printed per map and case: runs that end localized and right, that end
-honestly ambiguous, scans to the fix (median), fixes within 10 scans, scans that said `localized`
-and were wrong, median error, processor time per scan. OUT gets trials.json, the raw figures, and
-calibration.png and .svg, the reliability of `confidence`.
+start per case (see CASES, and experiments/clutter for the conditions). Printed per map and case:
+runs that end localized and right, that end honestly ambiguous, scans to the fix (median), fixes
+within 10 scans, scans that said `localized` and were wrong, median error, processor time per
+scan. OUT gets trials.json, the raw figures, and calibration.png and .svg, the reliability of
+`confidence`.
 """
 
 import json

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from pilotage.localizer.confidence import (
     DISSENT,
+    FAR_AHEAD,
     LEAST_MASS,
     MOST_AHEAD,
     MOST_SUPPORT,
@@ -88,12 +89,17 @@ def test_the_odds_of_a_place_are_never_more_than_a_power_of_those_against_all_ot
 def test_the_odds_of_a_place_are_held_down_by_its_share_of_the_belief(
     signs: Signs, mass: float
 ) -> None:
-    odds = math.exp(DISSENT) * mass / (1.0 - mass)
+    far = max(0.0, signs.ahead - FAR_AHEAD)
+    odds = math.exp(DISSENT + far / 2.0) * mass / (1.0 - mass)
     assert confidence_of(replace(signs, mass=mass)) <= odds / (1.0 + odds) + 1e-12
 
 
 @pytest.mark.parametrize("mass", [0.0, LEAST_MASS])
-def test_where_the_belief_holds_nothing_no_evidence_makes_a_place_likely(mass: float) -> None:
-    best = Signs(ahead=2.0 * MOST_AHEAD, support=2.0 * MOST_SUPPORT, mass=mass)
-    assert 0.0 < confidence_of(best) < 0.003
+def test_where_the_belief_holds_nothing_a_place_must_be_far_ahead_of_all_others(
+    mass: float,
+) -> None:
+    best = Signs(ahead=FAR_AHEAD, support=2.0 * MOST_SUPPORT, mass=mass)
+    assert 0.0 < confidence_of(best) < 0.03
+    assert confidence_of(replace(best, ahead=FAR_AHEAD + 6.0)) < 0.5
+    best = replace(best, ahead=2.0 * MOST_AHEAD)
     assert confidence_of(replace(best, mass=1.0)) > VerdictParams().enter

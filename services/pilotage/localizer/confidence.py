@@ -55,7 +55,8 @@ def confidence_of(signs: Signs) -> float:
     """
     log_odds = BIAS + float(np.dot(astuple(WEIGHTS), features(signs)))
     mass = min(max(signs.mass, LEAST_MASS), 1.0 - LEAST_MASS)
-    by_mass = float(np.log(mass / (1.0 - mass))) + DISSENT + max(0.0, signs.ahead - FAR_AHEAD) / 2.0
+    by_mass = float(np.log(mass / (1.0 - mass))) + DISSENT
+    by_mass += max(0.0, signs.ahead - FAR_AHEAD) / 2.0
     return float(1.0 / (1.0 + np.exp(-min(log_odds, ODDS_COUNT * signs.ahead, by_mass))))
 
 

@@ -22,7 +22,7 @@ class VerdictParams:
     lost robot is rather on its way back.
     """
 
-    enter: float = 0.95
+    enter: float = 0.97
     stay: float = 0.5
     earned_by: int = 2
     rival_mass: float = 0.10
