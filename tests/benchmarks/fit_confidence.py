@@ -1,6 +1,6 @@
 """Find the weights of confidence.py: how often was the best place right, given its signs?
 
-    .venv/bin/python tests/benchmarks/fit_confidence.py [RUNS] [MAP ...]
+    PYTHONPATH=tests .venv/bin/python tests/benchmarks/fit_confidence.py [RUNS] [MAP ...]
 
 Simulated tracks of 60 scans through the maps of ../shared/datasets/maps (or PILOTAGE_DATA), clean,
 hard, badly drawn, extreme, kidnapped, and through a building other than the mapped one. Logistic
@@ -11,15 +11,16 @@ from all others.
 import sys
 
 import numpy as np
-from building_trials import names_of_maps, world_of
 from numpy.typing import NDArray
 
+from benchmarks.building_trials import names_of_maps, world_of
 from pilotage.experiments.clutter import CONDITIONS
 from pilotage.experiments.trials import run_trial, simulated_track
 from pilotage.localizer.confidence import features
 from pilotage.localizer.markov_localizer import MarkovLocalizer, MarkovParams
 
-WHOLE, KIDNAPPED = (60,), (30, 30)
+WHOLE: tuple[int, ...] = (60,)
+KIDNAPPED: tuple[int, ...] = (30, 30)
 CASES = [("clean", WHOLE), ("hard", WHOLE), ("rough", WHOLE), ("extreme", WHOLE)]
 CASES += [("hard", KIDNAPPED)]
 ELSEWHERE = ("clean", "hard")

@@ -30,7 +30,7 @@ def sightings(rng: np.random.Generator, count: int) -> Sightings:
         range_sigmas=rng.uniform(0.1, 0.9, count),
         bearing_sigmas=rng.uniform(0.05, 1.0, count),
         kinds=tuple(rng.choice(["post", "goal", "flag"], count)),
-        identities=tuple(rng.choice(["n0", "n1", "n7", None], count)),
+        identities=tuple(("n0", "n1", "n7", None)[i] for i in rng.integers(4, size=count)),
     )
 
 

@@ -70,7 +70,8 @@ def scan_of(beams: np.ndarray, costs: np.ndarray, likelihood: np.ndarray) -> Sca
 def blocks_holding(belief: np.ndarray) -> np.ndarray:
     """The blocks (headings, rows, cols) of a belief of whole blocks that hold something."""
     headings, rows, cols = belief.shape
-    return belief.reshape(headings, rows // 8, 8, cols // 8, 8).any(axis=(2, 4))
+    blocks = belief.reshape(headings, rows // 8, 8, cols // 8, 8)
+    return np.asarray(blocks.any(axis=(2, 4)))
 
 
 def area_of(blocks: np.ndarray, shape: tuple[int, ...]) -> Area:

@@ -136,7 +136,9 @@ def test_a_scan_stays_below_the_bound_and_the_tightened_bound(seed: int) -> None
     fine, coarse, likelihood = case.scan()
     prior = case.prior
     case.rest.weigh(prior, coarse)
-    states = naive.add_floor(case.states, case.mask, prior.scale, prior.floor, prior.heading)
+    states = naive.add_floor(
+        case.states, case.mask, prior.scale, prior.floor, prior.heading.astype(float)
+    )
     sums = case.tile_sums(states * likelihood)
     rough = case.rest.tiles.mass.copy()
     assert at_most(sums, rough)
@@ -184,7 +186,9 @@ def test_a_correction_without_a_scan_adds_the_floor_of_its_states(seed: int) -> 
     case.retire(np.inf)
     prior = case.prior
     case.rest.begin(prior)
-    states = naive.add_floor(case.states, case.mask, prior.scale, prior.floor, prior.heading)
+    states = naive.add_floor(
+        case.states, case.mask, prior.scale, prior.floor, prior.heading.astype(float)
+    )
     assert case.rest.tiles.mass == pytest.approx(case.tile_sums(states), rel=1e-4, abs=1e-6)
 
 

@@ -74,5 +74,6 @@ def _widened(world: OccupancyMap) -> OccupancyMap:
     corner = se2.compose(old.origin, [-MARGIN * old.resolution, -MARGIN * old.resolution, 0.0])
     x, y, theta = (float(value) for value in corner)
     cells = np.pad(world.cells, MARGIN, constant_values=UNKNOWN)
-    geometry = GridGeometry(*cells.shape, old.resolution, (x, y, theta))
+    rows, cols = cells.shape
+    geometry = GridGeometry(rows, cols, old.resolution, (x, y, theta))
     return OccupancyMap(geometry, cells)
