@@ -52,7 +52,7 @@ SLIP = 0.2
 LITTLE_MASS, MOST_DISSENTS = 0.02, 8
 """A best place with less than this share of the belief, so many times in a row, is in dispute."""
 
-CONFIRMED = 1
+CONFIRMED = 3
 """Measurements in a row that must agree where mass alone has to do."""
 
 AGREE_WAY, AGREE_TURN = 0.6, 0.35

@@ -23,7 +23,7 @@ class VerdictParams:
     """
 
     enter: float = 0.97
-    stay: float = 0.5
+    stay: float = 0.7
     earned_by: int = 2
     rival_mass: float = 0.10
     named_mass: float = 0.5

@@ -138,12 +138,13 @@ def _first_state(phases: NDArray[np.int64], tile: NDArray[np.int64]) -> tuple[in
 def _sum_tile_costs(total: NDArray[np.uint16], scan: Scan, k: int, at: int) -> None:
     """Set `total` (SIDE^2,) to the costs of a tile's states, those beyond the grid too."""
     total[:] = np.uint16(0)
-    starts, base, width = scan.starts[k], np.uint64(at), np.uint64(scan.width)
+    # All at once: integers of an array wrap round, where a tile begins beyond the grid.
+    starts, width = scan.starts[k] + np.uint64(at), np.uint64(scan.width)
     n = len(starts)
     for b in range(0, n - 3, 4):
-        _add_four_blocks(total, starts[b : b + 4], scan.costs, base, width)
+        _add_four_blocks(total, starts[b : b + 4], scan.costs, width)
     for b in range(n - n % 4, n):
-        _add_block(total, starts[b] + base, scan.costs, width)
+        _add_block(total, starts[b], scan.costs, width)
 
 
 @kernel
@@ -151,10 +152,9 @@ def _add_four_blocks(
     total: NDArray[np.uint16],
     starts: NDArray[np.uint64],
     costs: NDArray[np.uint8],
-    base: np.uint64,
     width: np.uint64,
 ) -> None:
-    a0, a1, a2, a3 = base + starts[0], base + starts[1], base + starts[2], base + starts[3]
+    a0, a1, a2, a3 = starts[0], starts[1], starts[2], starts[3]
     for up in range(SIDE):
         row, to = np.uint64(up) * width, np.uint64(up * SIDE)
         for right in range(SIDE):
