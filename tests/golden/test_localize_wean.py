@@ -39,9 +39,9 @@ ONE = Recorded("robotdata1.log.gz", 3, (39.75, 41.49, 1.29))
 THREE = Recorded("robotdata3.log.gz", 5, (33.7, 40.5, -0.09))
 
 
-LATEST_FIX = 50
-"""Scans of the thinned logs before the first fix: 46 and 34. The corridor repeats itself, and what
-fits as well elsewhere is called ambiguous until the robot has seen more."""
+LATEST_FIX = 40
+"""Scans of the thinned logs before the first fix. The corridor repeats itself, and what fits as
+well elsewhere is called ambiguous until the robot has seen more."""
 
 NEAR = 0.2
 """An end within this distance [m] of a wall lies on it: two cells of the map."""

@@ -43,7 +43,8 @@ class Signs:
 
 WEIGHTS = Signs(ahead=0.375, support=14.2, mass=7.7)
 BIAS = -2.6
-"""Found by tests/benchmarks/fit_confidence.py."""
+"""Found by logistic regression on an earlier state of the evidence, scans in other buildings
+counting half; tests/benchmarks/fit_confidence.py finds them anew."""
 
 
 def confidence_of(signs: Signs) -> float:
