@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pilotage.localizer.modes import LEAST_MASS, MOST_MODES, apart, find_modes, is_within
+from pilotage.localizer.modes import (
+    LEAST_MASS,
+    MOST_MODES,
+    apart,
+    find_modes,
+    find_modes_in_bins,
+    is_within,
+)
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -77,6 +84,15 @@ def test_places_share_no_state_and_come_by_falling_mass(seed: int, count: int) -
     assert sum(masses) <= weights.sum() * (1.0 + 1e-9)
     for mode in modes:
         assert (np.linalg.eigvalsh(mode.covariance) >= -1e-12).all()
+
+
+def test_a_place_is_known_no_better_than_its_bins_are_wide() -> None:
+    poses, weights = np.tile([1.0, 2.0, 0.5], (4, 1)), np.full(4, 0.25)
+    found = find_modes_in_bins(poses, weights, (0.6, 1.2))
+    assert len(found) == 1
+    assert np.diag(found[0].covariance) == pytest.approx([0.03, 0.03, 0.12])
+    drawn = np.random.default_rng(5).uniform(-0.5, 0.5, (20_000, 3)) * (0.6, 0.6, 1.2)
+    assert np.cov(drawn.T) == pytest.approx(found[0].covariance, abs=2e-3)
 
 
 def test_within_means_half_a_metre_and_fifteen_degrees() -> None:

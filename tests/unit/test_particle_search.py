@@ -8,10 +8,11 @@ import pytest
 from localizer_world import START, error, flat, look
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.raycast import cast_scan
+from pilotage.localizer.last_measurement import Novelty
 from pilotage.localizer.measurement import Measurement, scan_measurement
 from pilotage.localizer.modes import is_within
 from pilotage.localizer.particle_belief import particle_belief
-from pilotage.localizer.particle_evidence import EvidenceParams, Novelty, ParticleEvidence
+from pilotage.localizer.particle_evidence import EvidenceParams, ParticleEvidence
 from pilotage.localizer.particle_search import ParticleSearch, SearchParams
 from pilotage.localizer.particle_start import free_space
 from pilotage.localizer.pose_grid import PoseGridParams

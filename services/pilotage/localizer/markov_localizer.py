@@ -17,11 +17,12 @@ from pilotage.localizer.estimate import Estimate, Memory
 from pilotage.localizer.focus import FocusParams
 from pilotage.localizer.judge import Judge
 from pilotage.localizer.landmark_model import weigh_landmarks
+from pilotage.localizer.last_measurement import LastMeasurement, Novelty
 from pilotage.localizer.likelihood_field import LikelihoodFieldParams, likelihood_field
 from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
 from pilotage.localizer.measurement import Measurement, Ranges
 from pilotage.localizer.method import MethodName
-from pilotage.localizer.modes import Mode, apart, find_modes
+from pilotage.localizer.modes import Mode, find_modes_in_bins
 from pilotage.localizer.obstacles import enclosed
 from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
 from pilotage.localizer.range_model import (
@@ -38,9 +39,6 @@ SAMPLES = 20_000
 
 REMEMBERED = 5_000
 """States kept in a memory; what they leave out comes back as uniform belief."""
-
-STANDING = 0.1
-"""Novelty of a measurement from the same place: people move, the noise is new."""
 
 CARRIED_OFF = 1.0
 """Weight of the floor after a surprise under M2: exactly the paper's P0 (eq. 8)."""
@@ -112,9 +110,7 @@ class MarkovLocalizer:
         )
         self._table: RangeTable | None = None
         self._judge = Judge(world, params.verdict)
-        self._odom_from_base: NDArray[np.float64] | None = None
-        self._stamp_ns = 0
-        self._judged = False
+        self._last = LastMeasurement(params)
         self._recovery_weight = 0.0
         self.choose_algorithm(params.algorithm, params.recovery_weight)
 
@@ -142,49 +138,41 @@ class MarkovLocalizer:
         """Go on from what an earlier run remembered; the next measurement has to confirm it."""
         self.grid.set_states(memory.poses, memory.weights)
         self._begin(self._modes(), was_localized=memory.was_localized)
-        self._odom_from_base, self._stamp_ns = memory.odom_from_base, memory.stamp_ns
-        self._judged = True
+        self._last.resume(memory)
 
     def remember(self) -> Memory | None:
         """Return what `resume` needs, or None before the first measurement."""
-        if self._odom_from_base is None:
-            return None
-        poses, weights = self.grid.heaviest(REMEMBERED)
-        localized = self.estimate.state == "localized"
-        return Memory(poses, weights, self._odom_from_base, self._stamp_ns, localized)
+        is_localized = self.estimate.state == "localized"
+        return self._last.memory(self.grid, REMEMBERED, was_localized=is_localized)
 
     def restart_odometry(self) -> None:
         """Odometry counts from a new origin; the belief stays where it is."""
-        self._odom_from_base = None
+        self._last.restart_odometry()
         self._judge.restart_odometry()
 
     def wants(
         self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
     ) -> bool:
         """Say whether a measurement tells more than the last one did: by motion or surprise."""
-        if self._odom_from_base is None:
-            return True
-        increment = self._increment_to(odom_from_base)
-        waited = (stamp_ns - self._stamp_ns) / 1e9
-        is_due = self._moved(increment) >= 1.0 or not 0.0 <= waited < self.params.update_after
+        is_due = self._last.is_due(stamp_ns, odom_from_base)
         return is_due or self._judge.is_surprised(odom_from_base, measurement)
 
     def update(
         self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
     ) -> Estimate:
         """Predict up to `odom_from_base` (3,), correct by the measurement, judge the belief."""
-        increment = self._increment_to(odom_from_base)
+        increment = self._last.increment_to(odom_from_base)
         surprise = self._judge.is_surprised(odom_from_base, measurement)
         self.grid.predict(increment)
-        self._correct(measurement, increment, surprise=surprise)
-        self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
-        self._judged = True
+        novelty = Novelty() if surprise else self._last.novelty(increment)
+        self._correct(measurement, novelty, surprise=surprise)
+        self._last.note(stamp_ns, odom_from_base)
         states = self.grid.heaviest(SAMPLES)
         return self._judge.judge(odom_from_base, states, measurement, surprise=surprise)
 
     def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the last estimated pose (3,) moved on by odometry since."""
-        return se2.compose(self.estimate.pose, self._increment_to(odom_from_base))
+        return se2.compose(self.estimate.pose, self._last.increment_to(odom_from_base))
 
     def choose_algorithm(self, algorithm: Literal["m1", "m2"], recovery_weight: float) -> None:
         """Use M1, or M2 with this weight of its floor, from the next measurement on."""
@@ -192,58 +180,30 @@ class MarkovLocalizer:
 
     def _begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
         self._judge.begin(modes, was_localized=was_localized)
-        self._odom_from_base = None
-        self._judged = False
-
-    def _increment_to(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
-        if self._odom_from_base is None:
-            return np.zeros(3)
-        return se2.between(self._odom_from_base, odom_from_base)
+        self._last.forget()
 
     def _modes(self) -> list[Mode]:
         """Return the modes; each pose is known no better than a state is wide (w^2 / 12)."""
         resolution, step = self._states.geometry.resolution, self._states.heading_step
-        width = np.diag([resolution**2, resolution**2, step**2]) / 12.0
-        found = find_modes(*self.grid.heaviest(SAMPLES))
-        return [replace(mode, covariance=mode.covariance + width) for mode in found]
+        return find_modes_in_bins(*self.grid.heaviest(SAMPLES), (resolution, step))
 
-    def _novelty(self, increment: NDArray[np.float64], whole_turn: float) -> float:
-        """Return how much of a new measurement this is, 0 to 1.
-
-        A scan from where the last one was taken says the same again: it may not sharpen the
-        belief any more. `whole_turn` [rad] brings everything that is seen into view anew.
-        """
-        if not self._judged:
-            return 1.0
-        way, turn = apart(increment, np.zeros(3))
-        return min(1.0, max(way / self.params.update_way + turn / whole_turn, STANDING))
-
-    def _moved(self, increment: NDArray[np.float64]) -> float:
-        """Return the motion as a share of what calls for a new measurement, at most 1."""
-        way, turn = apart(increment, np.zeros(3))
-        return min(1.0, way / self.params.update_way + turn / self.params.update_turn)
-
-    def _correct(
-        self, measurement: Measurement, increment: NDArray[np.float64], *, surprise: bool
-    ) -> None:
+    def _correct(self, measurement: Measurement, novelty: Novelty, *, surprise: bool) -> None:
         """Weigh the belief: Bel <- a P(s | l) P(b | l) (Bel + P0), eq. 8, 13 and 15."""
         anywhere = surprise or self._judge.is_searching
         carried_off = anywhere and self._recovery_weight > 0.0
         weight = CARRIED_OFF if carried_off else self._recovery_weight
-        # Few rangers see something else after a small turn, a laser the same from elsewhere.
-        of_ranges = 1.0 if surprise else self._novelty(increment, self.params.update_turn)
-        of_scan = 1.0 if surprise else self._novelty(increment, np.pi)
-        self.grid.add_floor(weight, _weakened(measurement.compass, of_ranges))
+        self.grid.add_floor(weight, _weakened(measurement.compass, novelty.of_ranges))
         if measurement.ends is not None and len(measurement.ends):
-            self.grid.weigh_scan(measurement.ends, self._field, self.params.tempering * of_scan)
+            tempering = self.params.tempering * novelty.of_scan
+            self.grid.weigh_scan(measurement.ends, self._field, tempering)
             self.grid.settle()
-            penalty = self.params.visibility.penalty * of_scan
+            penalty = self.params.visibility.penalty * novelty.of_scan
             sight = replace(self.params.visibility, penalty=penalty)
             self.grid.weigh_visibility(measurement.ends, self.sight, sight)
         if measurement.ranges is not None:
-            self._weigh_ranges(measurement.ranges, of_ranges)
+            self._weigh_ranges(measurement.ranges, novelty.of_ranges)
         if measurement.landmarks is not None and self._landmarks is not None:
-            weigh_landmarks(self.grid, measurement.landmarks, self._landmarks, of_ranges)
+            weigh_landmarks(self.grid, measurement.landmarks, self._landmarks, novelty.of_ranges)
         self.grid.settle()
 
     def _weigh_ranges(self, seen: Ranges, novelty: float) -> None:

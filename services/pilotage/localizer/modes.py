@@ -1,6 +1,6 @@
 """The places the robot could be: clusters of the heaviest states of a belief."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,18 @@ def find_modes(poses: NDArray[np.float64], weights: NDArray[np.float64]) -> list
         modes.append(_mode_of(poses[members], weights[members]))
     substantial = [mode for mode in modes if mode.mass >= LEAST_MASS] or modes[:1]
     return sorted(substantial, key=lambda mode: -mode.mass)
+
+
+def find_modes_in_bins(
+    poses: NDArray[np.float64], weights: NDArray[np.float64], bins: tuple[float, float]
+) -> list[Mode]:
+    """Return the modes among bins so wide [m] and so many radians: none is known any better.
+
+    A pose anywhere in a bin of width w alike has the variance w^2 / 12.
+    """
+    width = np.diag([bins[0], bins[0], bins[1]]) ** 2 / 12.0
+    found = find_modes(poses, weights)
+    return [replace(mode, covariance=mode.covariance + width) for mode in found]
 
 
 def is_within(

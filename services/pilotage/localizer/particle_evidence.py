@@ -14,6 +14,7 @@ from pilotage.core.landmark_map import LandmarkMap
 from pilotage.localizer import particle_kernels as kernels
 from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.landmark_model import landmark_likelihoods
+from pilotage.localizer.last_measurement import Novelty
 from pilotage.localizer.measurement import Measurement, Ranges
 from pilotage.localizer.obstacles import enclosed
 from pilotage.localizer.particle_field import BeamModel, particle_field
@@ -50,14 +51,6 @@ class EvidenceParams:
     ranges: RangeModelParams = field(default_factory=RangeModelParams)
     visibility: VisibilityParams | None = field(default_factory=VisibilityParams)
     tables: PoseGridParams = field(default_factory=PoseGridParams)
-
-
-@dataclass(frozen=True)
-class Novelty:
-    """How much of a new measurement one is, 0 to 1, for a scan and for what sees a direction."""
-
-    of_scan: float = 1.0
-    of_ranges: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 Pure: chance is an argument, stamps come with the measurements, poses with odometry.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -14,17 +14,18 @@ from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.localizer.estimate import Estimate, Memory
 from pilotage.localizer.judge import Judge
+from pilotage.localizer.last_measurement import LastMeasurement, Novelty
 from pilotage.localizer.markov_grid import MotionSpread
 from pilotage.localizer.measurement import Measurement
 from pilotage.localizer.method import MethodName
-from pilotage.localizer.modes import Mode, apart, find_modes
+from pilotage.localizer.modes import Mode, find_modes_in_bins
 from pilotage.localizer.particle_belief import (
     BIN_SIZE,
     BIN_TURN,
     ParticleBelief,
     particle_belief,
 )
-from pilotage.localizer.particle_evidence import EvidenceParams, Novelty, ParticleEvidence
+from pilotage.localizer.particle_evidence import EvidenceParams, ParticleEvidence
 from pilotage.localizer.particle_filter import ParticleFilter
 from pilotage.localizer.particle_motion import MotionModel
 from pilotage.localizer.particle_recovery import FitMemory, RecoveryParams, share_after
@@ -39,9 +40,6 @@ SAMPLES = 5_000
 
 REMEMBERED = 2_000
 """Bins kept in a memory; what they leave out comes back as particles anywhere."""
-
-STANDING = 0.1
-"""Novelty of a measurement from the same place: people move, the noise is new."""
 
 NEGLIGIBLE = 1e-4
 """Share of the belief that is not worth any particles."""
@@ -97,8 +95,7 @@ class ParticleLocalizer:
         self._fits = FitMemory(params.recovery)
         self._recovers = True
         self._judge = Judge(world, params.verdict, landmarks)
-        self._odom_from_base: NDArray[np.float64] | None = None
-        self._stamp_ns = 0
+        self._last = LastMeasurement(params)
         self.start_anywhere()
 
     @property
@@ -121,53 +118,44 @@ class ParticleLocalizer:
         """Go on from what an earlier run remembered; the next measurement has to confirm it."""
         self.filter.set_states(memory.poses, memory.weights, self._rng)
         self._begin(self._modes(), was_localized=memory.was_localized)
-        self._odom_from_base, self._stamp_ns = memory.odom_from_base, memory.stamp_ns
+        self._last.resume(memory)
 
     def remember(self) -> Memory | None:
         """Return what `resume` needs, or None before the first measurement."""
-        if self._odom_from_base is None:
-            return None
-        poses, weights = self.belief.heaviest(REMEMBERED)
-        localized = self.estimate.state == "localized"
-        return Memory(poses, weights, self._odom_from_base, self._stamp_ns, localized)
+        is_localized = self.estimate.state == "localized"
+        return self._last.memory(self.belief, REMEMBERED, was_localized=is_localized)
 
     def restart_odometry(self) -> None:
         """Odometry counts from a new origin; the belief stays where it is."""
-        self._odom_from_base = None
+        self._last.restart_odometry()
         self._judge.restart_odometry()
 
     def wants(
         self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
     ) -> bool:
         """Say whether a measurement tells more than the last one did: by motion or surprise."""
-        if self._odom_from_base is None:
-            return True
-        increment = self._increment_to(odom_from_base)
-        way, turn = apart(increment, np.zeros(3))
-        moved = way / self.params.update_way + turn / self.params.update_turn
-        waited = (stamp_ns - self._stamp_ns) / 1e9
-        is_due = moved >= 1.0 or not 0.0 <= waited < self.params.update_after
+        is_due = self._last.is_due(stamp_ns, odom_from_base)
         return is_due or self._judge.is_surprised(odom_from_base, measurement)
 
     def update(
         self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
     ) -> Estimate:
         """Predict up to `odom_from_base` (3,), correct by the measurement, judge the belief."""
-        increment = self._increment_to(odom_from_base)
+        increment = self._last.increment_to(odom_from_base)
         surprise = self._judge.is_surprised(odom_from_base, measurement)
         self.filter.predict(increment, self._rng)
-        novelty = Novelty() if surprise else self._novelty(increment)
+        novelty = Novelty() if surprise else self._last.novelty(increment)
         if self._is_anywhere:
             self._find(measurement)
         else:
             self._correct(measurement, novelty, surprise=surprise)
-        self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
+        self._last.note(stamp_ns, odom_from_base)
         states = self.belief.heaviest(SAMPLES)
         return self._judge.judge(odom_from_base, states, measurement, surprise=surprise)
 
     def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the last estimated pose (3,) moved on by odometry since."""
-        return se2.compose(self.estimate.pose, self._increment_to(odom_from_base))
+        return se2.compose(self.estimate.pose, self._last.increment_to(odom_from_base))
 
     def choose_algorithm(self, algorithm: Literal["m1", "m2"], recovery_weight: float) -> None:
         """Draw particles anew when measurements do not fit (m2), or never (m1, or no weight)."""
@@ -181,22 +169,8 @@ class ParticleLocalizer:
     def _begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
         self._fits.forget()
         self._judge.begin(modes, was_localized=was_localized)
-        self._odom_from_base = None
+        self._last.forget()
         self._is_anywhere = False
-
-    def _increment_to(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
-        if self._odom_from_base is None:
-            return np.zeros(3)
-        return se2.between(self._odom_from_base, odom_from_base)
-
-    def _novelty(self, increment: NDArray[np.float64]) -> Novelty:
-        """Return how much of a new measurement this is, see MarkovLocalizer."""
-        if self._odom_from_base is None:
-            return Novelty()
-        way, turn = apart(increment, np.zeros(3))
-        moved = way / self.params.update_way
-        of_scan = min(1.0, max(moved + turn / np.pi, STANDING))
-        return Novelty(of_scan, min(1.0, max(moved + turn / self.params.update_turn, STANDING)))
 
     def _find(self, measurement: Measurement) -> None:
         """Replace particles anywhere by those that the first measurement speaks for."""
@@ -235,6 +209,4 @@ class ParticleLocalizer:
 
     def _modes(self) -> list[Mode]:
         """Return the modes; each pose is known no better than a bin is wide (w^2 / 12)."""
-        width = np.diag([BIN_SIZE**2, BIN_SIZE**2, BIN_TURN**2]) / 12.0
-        found = find_modes(*self.belief.heaviest(SAMPLES))
-        return [replace(mode, covariance=mode.covariance + width) for mode in found]
+        return find_modes_in_bins(*self.belief.heaviest(SAMPLES), (BIN_SIZE, BIN_TURN))

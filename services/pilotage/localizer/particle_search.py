@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core import se2
+from pilotage.localizer.last_measurement import Novelty
 from pilotage.localizer.measurement import Measurement
-from pilotage.localizer.particle_evidence import Novelty, ParticleEvidence
+from pilotage.localizer.particle_evidence import ParticleEvidence
 from pilotage.localizer.particle_resampling import draw
 from pilotage.localizer.particle_start import FreeSpace
 
