@@ -10,9 +10,11 @@ import pytest
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.experiments import symmetric_walk
 from pilotage.experiments.corridor_floor import MIDDLE, corridor_floor
+from pilotage.experiments.outcome import Request
 from pilotage.experiments.plots import mode_figure, walk_figure
 from pilotage.experiments.ranger_localizer import Place, RangerLocalizer, RangerModel, survey
 from pilotage.experiments.ranger_robot import RobotParams, on_a_bin, random_goals
+from pilotage.experiments.repeated_walks import repeated_walks
 from pilotage.experiments.symmetric_walk import (
     Route,
     Symmetry,
@@ -198,3 +200,17 @@ def test_a_place_that_holds_next_to_nothing_is_no_mode() -> None:
     for weights, count in (([0.995, 0.004], 1), ([0.9, 0.1], 2)):
         localizer.grid.set_states(np.array([here, there]), np.array(weights))
         assert len(localizer.modes()) == count
+
+
+def test_every_run_has_chances_of_its_own_and_its_share_of_the_progress() -> None:
+    place, said = survey(room(2.0, 2.0), MODEL), list[float]()
+
+    def route(rng: np.random.Generator) -> Route:
+        corner = (0.6, 0.6), (1.4, 1.4)
+        return Route(on_a_bin(*rng.uniform(*corner), 0.0), random_goals(*corner, rng), 1)
+
+    one, other = repeated_walks(place, MODEL, route, Request(2, seed=4), said.append)
+    assert not np.array_equal(one.path[0], other.path[0])
+    assert said == [0.5, 0.5]
+    again = repeated_walks(place, MODEL, route, Request(1, seed=4), said.append)
+    assert np.array_equal(again[0].path, one.path), "the seed and the run settle everything"

@@ -10,7 +10,8 @@ from pilotage.experiments.outcome import Outcome, Request
 from pilotage.experiments.plots import mode_figure, walk_figure
 from pilotage.experiments.ranger_localizer import RangerModel, survey
 from pilotage.experiments.ranger_robot import on_a_bin
-from pilotage.experiments.symmetric_walk import Route, Symmetry, Walk, walk
+from pilotage.experiments.repeated_walks import repeated_walks
+from pilotage.experiments.symmetric_walk import Route, Symmetry
 from pilotage.experiments.symmetry_report import symmetry_report
 
 METRES = 34
@@ -25,11 +26,7 @@ def conduct(request: Request, advance: Callable[[float], None]) -> Outcome:
     """Walk along the corridor as often as asked, each time from another place in it."""
     model = RangerModel()
     place = survey(corridor_floor(), model)
-    share = 1.0 / (request.runs * METRES)
-    walks: list[Walk] = []
-    for run in range(request.runs):
-        rng = np.random.default_rng([request.seed, run])
-        walks.append(walk(place, model, _route(rng), rng, lambda: advance(share)))
+    walks = repeated_walks(place, model, _route, request, advance)
     report = {"states": place.states.admissible_states, "way_m": METRES}
     return Outcome(
         report | symmetry_report(walks, TWO_FOLD, settled_m=1),
