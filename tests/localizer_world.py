@@ -12,6 +12,10 @@ from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.raycast import cast_scan
 from pilotage.localizer.markov_localizer import MarkovParams
 from pilotage.localizer.measurement import Measurement, scan_measurement
+from pilotage.localizer.particle_evidence import EvidenceParams
+from pilotage.localizer.particle_localizer import ParticleParams
+from pilotage.localizer.particle_resampling import KldParams
+from pilotage.localizer.particle_search import SearchParams
 from pilotage.localizer.pose_grid import PoseGridParams
 
 PLAN = """
@@ -49,6 +53,13 @@ BEARINGS: NDArray[np.float64] = ANGLE_MIN + ANGLE_STEP * np.arange(BEAMS, dtype=
 
 COARSE = MarkovParams(grid=PoseGridParams(CELL, 36))
 """Few states, so that a test is quick; everything else as in service."""
+
+FEW_PARTICLES = ParticleParams(
+    kld=KldParams(least=1000, most=10_000),
+    search=SearchParams(candidates=60_000, kept=20_000),
+    evidence=EvidenceParams(tables=COARSE.grid),
+)
+"""The same for particles."""
 
 
 def flat(origin: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> OccupancyMap:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from localizer_world import COARSE, flat
+from localizer_world import COARSE, FEW_PARTICLES, flat
+from pilotage.core.grid import OccupancyMap
 from pilotage.experiments.clutter import CONDITIONS
 from pilotage.experiments.tracks import Track
 from pilotage.experiments.trials import (
@@ -19,6 +20,8 @@ from pilotage.experiments.trials import (
 from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.log_run import LogEstimate
 from pilotage.localizer.markov_localizer import MarkovLocalizer
+from pilotage.localizer.method import LocalizationMethod
+from pilotage.localizer.methods import METHODS, MethodSetup, make_method
 from pilotage.localizer.verdict import State
 from pilotage.robot.simulator.range_sensors import LaserParams
 
@@ -106,23 +109,48 @@ def test_confidences_are_kept_in_order() -> None:
     assert told.confidence == pytest.approx([0.0, 0.1, 0.2])
 
 
-def test_a_localizer_is_tried_on_a_simulated_track() -> None:
-    world = flat()
+@pytest.fixture(scope="module")
+def world() -> OccupancyMap:
+    return flat()
+
+
+@pytest.fixture(scope="module")
+def methods(world: OccupancyMap) -> dict[str, LocalizationMethod]:
+    """Every method there is, on the same map."""
+    setup = MethodSetup(markov=COARSE, particles=FEW_PARTICLES)
+    rng = np.random.default_rng(0)
+    return {name: make_method(name, world, setup, rng) for name in METHODS}
+
+
+every_method = pytest.mark.parametrize("name", METHODS)
+
+
+@every_method
+def test_a_method_is_tried_on_a_simulated_track(
+    world: OccupancyMap, methods: dict[str, LocalizationMethod], name: str
+) -> None:
     track = simulated_track(world, CONDITIONS["clean"], (25,), seed=2)
-    localizer = MarkovLocalizer(world, COARSE)
-    told = run_trial(localizer, track)
+    told = run_trial(methods[name], track)
     assert len(told.way) == len(told.signs) == 25
     assert told.ends_right
     assert not told.wrong.any()
     assert (told.scans_to_fix() or 99) <= 10
-    again = run_trial(localizer, track)
-    assert (again.way == told.way).all(), "a trial begins anywhere, whatever came before"
 
 
-def test_a_kidnapping_is_tried_too() -> None:
-    world = flat()
+@every_method
+def test_a_kidnapping_is_tried_too(
+    world: OccupancyMap, methods: dict[str, LocalizationMethod], name: str
+) -> None:
     track = simulated_track(world, CONDITIONS["hard"], (20, 25), seed=2)
-    told = run_trial(MarkovLocalizer(world, COARSE), track)
+    told = run_trial(methods[name], track)
     assert told.kidnapped == 20
     assert told.ends_right
     assert not told.wrong.any()
+
+
+def test_a_trial_begins_anywhere_whatever_came_before(world: OccupancyMap) -> None:
+    track = simulated_track(world, CONDITIONS["clean"], (8,), seed=2)
+    localizer = MarkovLocalizer(world, COARSE)
+    told, again = run_trial(localizer, track), run_trial(localizer, track)
+    assert (again.way == told.way).all()
+    assert (again.confidence == told.confidence).all()

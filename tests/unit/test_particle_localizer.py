@@ -5,29 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from localizer_world import ELSEWHERE, ROUND, START, error, flat, look, poses_along
+from localizer_world import ELSEWHERE, FEW_PARTICLES, ROUND, START, error, flat, look, poses_along
 from pilotage.core import se2
 from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.measurement import Measurement, ranges_measurement
 from pilotage.localizer.method import LocalizationMethod
 from pilotage.localizer.particle_localizer import ParticleLocalizer, ParticleParams
 from pilotage.localizer.particle_recovery import RecoveryParams
-from pilotage.localizer.particle_resampling import KldParams
-from pilotage.localizer.particle_search import SearchParams
-from pilotage.localizer.pose_grid import PoseGridParams
 
 WORLD = flat()
 NARROW = np.diag([0.01, 0.01, 0.005])
 SECOND = 10**9
-QUICK = replace(
-    ParticleParams(),
-    kld=KldParams(least=1000, most=10_000),
-    search=SearchParams(candidates=60_000, kept=20_000),
-)
-QUICK = replace(QUICK, evidence=replace(QUICK.evidence, tables=PoseGridParams(0.1, 36)))
 
 
-def particles(params: ParticleParams = QUICK) -> ParticleLocalizer:
+def particles(params: ParticleParams = FEW_PARTICLES) -> ParticleLocalizer:
     return ParticleLocalizer(WORLD, params, np.random.default_rng(0))
 
 
@@ -85,8 +76,8 @@ def test_an_unknown_robot_is_found_and_followed(walk: Walk) -> None:
 def test_fewer_particles_follow_than_search(walk: Walk) -> None:
     searching = len(walk.localizer.filter.poses)
     found(walk)
-    assert searching == QUICK.kld.most
-    assert len(walk.localizer.filter.poses) <= 2 * QUICK.kld.least
+    assert searching == FEW_PARTICLES.kld.most
+    assert len(walk.localizer.filter.poses) <= 2 * FEW_PARTICLES.kld.least
 
 
 def test_a_known_start_is_believed_but_has_to_be_earned() -> None:
@@ -129,7 +120,7 @@ def test_without_recovery_a_kidnapped_robot_stays_lost(walk: Walk) -> None:
 
 
 def test_amcls_memories_of_zero_mean_no_recovery_but_by_surprise() -> None:
-    params = replace(QUICK, recovery=RecoveryParams(slow=0.0, fast=0.0, surprised=0.0))
+    params = replace(FEW_PARTICLES, recovery=RecoveryParams(slow=0.0, fast=0.0, surprised=0.0))
     walk = Walk(particles(params), START)
     assert not any(right for _, right in carried_off(found(walk)))
 

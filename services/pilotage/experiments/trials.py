@@ -11,7 +11,7 @@ from pilotage.experiments.clutter import Condition, altered
 from pilotage.experiments.tracks import Track, drive_through
 from pilotage.localizer.confidence import Signs
 from pilotage.localizer.log_run import LogEstimate, LogSensors, localize_log
-from pilotage.localizer.markov_localizer import MarkovLocalizer
+from pilotage.localizer.method import LocalizationMethod
 
 RIGHT_WAY, RIGHT_TURN = 0.5, float(np.deg2rad(15.0))
 """What `confidence` is the probability of: nearer than this [m, rad]."""
@@ -70,7 +70,7 @@ def simulated_track(
     return drive_through(altered(world, condition, rng), condition, lengths, rng)
 
 
-def run_trial(localizer: MarkovLocalizer, track: Track) -> Outcome:
+def run_trial(localizer: LocalizationMethod, track: Track) -> Outcome:
     """Let a localizer follow a track from an unknown start."""
     localizer.start_anywhere()
     estimates = list(localize_log(track.log(), localizer, LogSensors()))
