@@ -207,7 +207,8 @@ def test_every_run_has_chances_of_its_own_and_its_share_of_the_progress() -> Non
 
     def route(rng: np.random.Generator) -> Route:
         corner = (0.6, 0.6), (1.4, 1.4)
-        return Route(on_a_bin(*rng.uniform(*corner), 0.0), random_goals(*corner, rng), 1)
+        x, y = rng.uniform(*corner)
+        return Route(on_a_bin(x, y, 0.0), random_goals(*corner, rng), 1)
 
     one, other = repeated_walks(place, MODEL, route, Request(2, seed=4), said.append)
     assert not np.array_equal(one.path[0], other.path[0])
