@@ -11,6 +11,7 @@ from pilotage.localizer.active_blocks import add_tiles, no_blocks, widened, with
 from pilotage.localizer.kernels import LANES, MOST_COST, SIDE, Admissible, Prior, Scan
 from pilotage.localizer.least_costs import least_costs
 from pilotage.localizer.rest import Rest
+from pilotage.localizer.state_likelihood import ScanLikelihood
 
 SEEDS = st.integers(0, 2**32 - 1)
 MARGIN = 12
@@ -142,7 +143,7 @@ def test_a_scan_stays_below_the_bound_and_the_tightened_bound(seed: int) -> None
     sums = case.tile_sums(states * likelihood)
     rough = case.rest.tiles.mass.copy()
     assert at_most(sums, rough)
-    case.rest.tighten(np.argwhere(rough > 0.0), fine)
+    case.rest.tighten(np.argwhere(rough > 0.0), ScanLikelihood(fine))
     assert at_most(sums, case.rest.tiles.mass)
     assert at_most(case.rest.tiles.mass, rough)
 
@@ -157,8 +158,8 @@ def test_a_woken_tile_gets_its_mass_evenly_and_weighed(seed: int) -> None:
     unchanged = Prior(1.0, 0.0, np.ones(case.shape[0], np.float32))
     case.rest.weigh(unchanged, coarse)
     heavy = case.rest.above(0.0)[::2]
-    case.rest.tighten(heavy, fine)
-    case.rest.wake(case.belief, heavy, fine)
+    case.rest.tighten(heavy, ScanLikelihood(fine))
+    case.rest.wake(case.belief, heavy, ScanLikelihood(fine))
     even = np.zeros_like(before)
     up, right = case.rest.tiles.phases.T
     at = tuple(heavy.T)

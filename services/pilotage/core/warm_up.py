@@ -13,6 +13,7 @@ WARM_UPS = [
     "pilotage.localizer.kernels:warm_up",
     "pilotage.localizer.particle_kernels:warm_up",
     "pilotage.localizer.landmark_kernels:warm_up",
+    "pilotage.localizer.landmark_tile_kernels:warm_up",
     "pilotage.localizer.evidence_kernels:warm_up",
     "pilotage.localizer.peaks:warm_up",
 ]

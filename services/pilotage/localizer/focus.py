@@ -3,7 +3,7 @@
 While a robot is tracked nearly all of the belief lies in a few small places, and not in all
 headings there. Every pass works on the blocks only that hold them; elsewhere the belief's array
 is zero, and what may lie there is bounded (see `rest`). A tile whose bound comes to matter is
-woken: before it is weighed by the scan its mass is given to its states, evenly.
+woken: before it is weighed its mass is given to its states, evenly.
 
 So the belief is that of a grid worked on as a whole, but for what the rest can weigh, and for the
 woken tiles, which begin with no more than `FocusParams.woken`: as much as a few measurements'
@@ -22,10 +22,11 @@ from pilotage.localizer.active_blocks import (
     widened,
     with_neighbours,
 )
-from pilotage.localizer.kernels import Area, Prior, Runs, Scan
+from pilotage.localizer.kernels import Area, Runs
 from pilotage.localizer.kernels.areas import NONE
 from pilotage.localizer.pose_grid import PoseGrid
 from pilotage.localizer.rest import Rest
+from pilotage.localizer.state_likelihood import StateLikelihood
 
 MOST_BUSY = 0.2
 """Share of the blocks that may be active; with more, everything is worked on."""
@@ -39,9 +40,9 @@ class FocusParams:
     """When to leave states alone; masses are shares of the whole belief.
 
     `least_states`: a smaller grid is always worked on as a whole. `dropped`: tiles that hold
-    less go to the rest. `woken`: a tile that may weigh more after a scan is woken. `most`: what
-    the rest may weigh in all after a scan. `most_floor`: with a greater recovery weight every
-    scan would wake everything.
+    less go to the rest. `woken`: a tile that may weigh more once it is weighed is woken. `most`:
+    what the rest may weigh in all after that. `most_floor`: with a greater recovery weight every
+    measurement would wake everything.
     """
 
     least_states: int = 2_000_000
@@ -102,12 +103,12 @@ class Focus:
             blocks = with_neighbours(blocks)
         self._activate(belief, blocks)
 
-    def wake(self, belief: NDArray[np.float32], scan: Scan, mass: float) -> bool:
-        """Give back what the rest, just weighed by a scan, may hold that matters.
+    def wake(self, belief: NDArray[np.float32], said: StateLikelihood, mass: float) -> bool:
+        """Give back what the rest, just weighed, may hold that matters.
 
         Args:
             belief: changed in place.
-            scan: the scan, state by state.
+            said: what belief and rest were weighed by, state by state.
             mass: of the part of the belief that is worked on.
 
         Return whether anything was given back.
@@ -120,12 +121,12 @@ class Focus:
         if self._blocks is None or not len(suspects):
             return False
         if len(suspects) > MOST_SUSPECTS * rest.tiles.mass.size:
-            self._weigh_all(belief, scan)
+            self._weigh_all(belief, said)
             return True
-        rest.tighten(suspects, scan)
+        rest.tighten(suspects, said)
         heavy = self._heavy(suspects, mass)
         if len(heavy):
-            rest.wake(belief, heavy, scan)
+            rest.wake(belief, heavy, said)
             blocks = self._blocks.copy()
             add_tiles(blocks, heavy, rest.tiles.phases)
             self._activate(belief, blocks)
@@ -144,17 +145,12 @@ class Focus:
         if not self.is_whole or self._is_little(sums, limit, total):
             self._work_on(self.rest.retire(belief, self.area, sums, limit))
 
-    def _weigh_all(self, belief: NDArray[np.float32], scan: Scan) -> None:
-        """Work on everything, as if that had been so before the scan weighed belief and rest."""
-        unchanged = Prior(1.0, 0.0, np.ones(len(belief), np.float32))
-        # What such a likelihood has made of a state is nothing, and stays so.
-        is_lost = scan.likelihood < kernels.LEAST_FIT
-        undo = np.where(is_lost, 0.0, 1.0 / np.maximum(scan.likelihood, kernels.LEAST_FIT))
-        back = scan._replace(likelihood=undo.astype(np.float32))
-        kernels.weigh_scan(belief, self.area, unchanged, back)
+    def _weigh_all(self, belief: NDArray[np.float32], said: StateLikelihood) -> None:
+        """Work on everything, as if that had been so before belief and rest were weighed."""
+        said.take_back(belief, self.area)
         self.rest.undo()
         self.open(belief)
-        kernels.weigh_scan(belief, self.area, unchanged, scan)
+        said.weigh(belief, self.area)
 
     def _work_on(self, blocks: Blocks | None) -> None:
         self._blocks, self.area = blocks, self._whole

@@ -35,7 +35,7 @@ def add_sightings(
 ) -> None:
     """Add the log likelihood of all sightings to `total` (n,) of poses (n, 3)."""
     for i in range(len(poses)):
-        total[i] += _log_likelihood(poses[i, 0], poses[i, 1], poses[i, 2], sightings)
+        total[i] += log_likelihood(poses[i, 0], poses[i, 1], poses[i, 2], sightings)
 
 
 @kernel
@@ -63,12 +63,12 @@ def weigh_landmarks(
             for col in range(first, last):
                 if belief[k, row, col] > 0.0:
                     x = corners[k, 0] + col * width
-                    log_p = _log_likelihood(x, y, corners[k, 2], sightings)
+                    log_p = log_likelihood(x, y, corners[k, 2], sightings)
                     belief[k, row, col] *= np.float32(np.exp(exponent * log_p))
 
 
 @kernel
-def _log_likelihood(x: float, y: float, theta: float, sightings: KnownSightings) -> float:
+def log_likelihood(x: float, y: float, theta: float, sightings: KnownSightings) -> float:
     """Return log p of all sightings from one pose."""
     total = 0.0
     for i in range(len(sightings.values)):

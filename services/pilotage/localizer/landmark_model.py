@@ -23,6 +23,7 @@ from pilotage.core.angles import wrap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.localizer import landmark_kernels as kernels
 from pilotage.localizer.landmark_sightings import Sightings
+from pilotage.localizer.landmark_states import SightingsLikelihood
 from pilotage.localizer.markov_grid import MarkovGrid
 
 OUTLIER = 0.05
@@ -49,7 +50,7 @@ def weigh_landmarks(
     novelty: float = 1.0,
     outlier: float = OUTLIER,
 ) -> None:
-    """`Bel <- P(sightings | l)^novelty Bel`: the belief's cells weighed in place.
+    """`Bel <- P(sightings | l)^novelty Bel`: the belief weighed in place, and its rest bounded.
 
     A state is as wide as a cell and a heading bin: uniform, which adds w^2 / 12 to variances.
     """
@@ -66,13 +67,8 @@ def weigh_landmarks(
     firsts = np.zeros((grid.grid.headings, 3), np.int64)
     firsts[:, 0] = np.arange(grid.grid.headings)
     corners = se2.compose(se2.inverse(geometry.origin), grid.poses_of(firsts))
-    kernels.weigh_landmarks(
-        grid.belief,
-        grid.area,
-        (corners, geometry.resolution),
-        sightings._replace(positions=np.ascontiguousarray(in_grid)),
-        novelty,
-    )
+    known = sightings._replace(positions=np.ascontiguousarray(in_grid))
+    grid.weigh_states(SightingsLikelihood((corners, geometry.resolution), known, novelty))
 
 
 def _sightings(seen: Sightings, landmarks: LandmarkMap, outlier: float) -> kernels.KnownSightings:

@@ -25,6 +25,7 @@ from pilotage.localizer.likelihood_field import LikelihoodField
 from pilotage.localizer.motion_spread import MotionSpread, SpreadDue
 from pilotage.localizer.pose_grid import PoseGrid
 from pilotage.localizer.range_model import RangeTable
+from pilotage.localizer.state_likelihood import ScanLikelihood, StateLikelihood, TileLikelihood
 from pilotage.localizer.visibility import VisibilityParams, levels_allowed
 
 __all__ = ["FocusParams", "MarkovGrid", "MotionSpread"]
@@ -59,7 +60,7 @@ class MarkovGrid:
         self._unchanged = Prior(1.0, 0.0, np.ones(grid.headings, np.float32))
         self._prior: Prior | None = None
         self._is_summed = False
-        self._is_scanned = False
+        self._is_rest_weighed = False
         self._recovery_weight = 0.0
         self.set_uniform()
 
@@ -149,7 +150,7 @@ class MarkovGrid:
             compass: yaw in the map frame and its standard deviation [rad], if measured.
         """
         self._begin()
-        self._recovery_weight, self._is_scanned = recovery_weight, False
+        self._recovery_weight, self._is_rest_weighed = recovery_weight, False
         if not self._focus.allows(recovery_weight):
             self._focus.open(self._belief)
         floor = recovery_weight / self.grid.admissible_states
@@ -204,6 +205,16 @@ class MarkovGrid:
         if not self._focus.rest.is_empty:
             self._focus.rest.begin(of_rest)
         self._summed(kernels.weigh_ranges(self._belief, self.area, prior, echoes))
+
+    def weigh_states(self, said: TileLikelihood) -> None:
+        """`Bel <- P(said | l) Bel`, and the rest weighed by its bounds."""
+        self._begin()
+        said.weigh(self._belief, self.area)
+        self._summed(kernels.sum_runs(self._belief, self.area))
+        rest, self._is_rest_weighed = self._focus.rest, True
+        if not rest.is_empty:
+            rest.weigh_more(said.bounds(rest.tiles))
+            self._wake(said)
 
     def settle(self) -> None:
         """End a correction: sum up what is left (the next one divides by it, eq. 8's a)."""
@@ -265,20 +276,24 @@ class MarkovGrid:
         self._due.forget()
         self._focus.forget()
         self._prior, self._is_summed = None, False
-        self._is_scanned, self._recovery_weight = True, 0.0
+        self._is_rest_weighed, self._recovery_weight = True, 0.0
 
     def _weigh_beams(
         self, ends_base: NDArray[np.float64], field: LikelihoodField, tempering: float
     ) -> None:
         ends = self._layers.cells_of_ends(ends_base)
         scan = field.scan(np.hypot(*ends_base.T), ends, tempering)
-        rest, self._is_scanned = self._focus.rest, True
+        rest, self._is_rest_weighed = self._focus.rest, True
         prior, of_rest = self._take_prior()
         self._summed(kernels.weigh_scan(self._belief, self.area, prior, scan))
         if not rest.is_empty:
             rest.weigh(of_rest, field.coarse_scan(scan, rest.tiles.phases))
-            if self._focus.wake(self._belief, scan, float(self.runs.mass.sum())):
-                self._summed(kernels.sum_runs(self._belief, self.area))
+            self._wake(ScanLikelihood(scan))
+
+    def _wake(self, said: StateLikelihood) -> None:
+        """Give back what the rest may hold that matters, once belief and rest are weighed."""
+        if self._focus.wake(self._belief, said, float(self.runs.mass.sum())):
+            self._summed(kernels.sum_runs(self._belief, self.area))
 
     def _take_prior(self) -> tuple[Prior, Prior]:
         """Return what belief and rest still have to be turned into before they are weighed.
@@ -306,9 +321,9 @@ class MarkovGrid:
     def _narrow(self) -> None:
         """Work on no more than is worth it from now on.
 
-        Only scans weigh the rest: without them its bound would grow at every correction.
+        Ranges alone do not weigh the rest: its bound would grow at every correction.
         """
-        if not self._is_scanned:
+        if not self._is_rest_weighed:
             self._focus.open_if_heavy(self._belief, self.total)
         elif self._is_summed and self.total > 0.0 and self._focus.allows(self._recovery_weight):
             self._focus.narrow(self._belief, self.runs, self.total)

@@ -4,8 +4,9 @@ A belief moves and is weighed linearly: it is the sum of what becomes of its par
 be left out and only bounded. It is kept as the mass of tiles of SIDE x SIDE states of a layer.
 Motion moves tiles with their layer; spreading gives a tile at most what its neighbours can give;
 a scan multiplies it by the likelihood of beams that each take the best of the SIDE x SIDE cells
-that they can end in, or, where that is too much, by the likelihood of its best state. Everything
-else that is measured multiplies by at most one, and is left out.
+that they can end in, sightings of landmarks by what none of its states can exceed, or, where that
+is too much, by the likelihood of its best state; a compass by that of its heading. Everything else
+that is measured multiplies by at most one, and is left out.
 """
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from pilotage.localizer import kernels
 from pilotage.localizer.kernels import SIDE, Admissible, Area, Prior, Scan, Tiles
+from pilotage.localizer.state_likelihood import StateLikelihood
 
 
 class Rest:
@@ -68,7 +70,7 @@ class Rest:
         kernels.spread_tile_headings(self.tiles, share, shifts)
 
     def begin(self, prior: Prior) -> None:
-        """Begin a correction of which no scan is a part."""
+        """Begin a correction that does not begin with a scan."""
         tiles = self.tiles
         up, right = tiles.phases.T
         floor = np.float32(prior.floor) * tiles.counts[up, right]
@@ -79,8 +81,13 @@ class Rest:
         """Begin a correction and weigh each tile by the most that a scan can say for it."""
         kernels.weigh_tiles(self.tiles, prior, coarse, self._fit)
 
+    def weigh_more(self, bounds: NDArray[np.float32]) -> None:
+        """Weigh each tile by bounds of the likelihood of its states, in the shape of the tiles."""
+        np.maximum(bounds, kernels.LEAST_FIT, out=self._fit)
+        self.tiles.mass[:] *= self._fit
+
     def undo(self) -> None:
-        """Take back what the last scan said."""
+        """Take back what the tiles were last weighed by."""
         self.tiles.mass[:] /= self._fit
         self._fit[:] = 1.0
 
@@ -93,18 +100,20 @@ class Rest:
         """Return a limit such that the tiles below it weigh `budget` together at the most."""
         return kernels.limit_of(self.tiles.mass, budget)
 
-    def tighten(self, chosen: NDArray[np.int64], scan: Scan) -> None:
+    def tighten(self, chosen: NDArray[np.int64], said: StateLikelihood) -> None:
         """Bound the chosen tiles (n, 3), just weighed, by the likelihood of their best states."""
         at = tuple(chosen.T)
-        best = kernels.best_fits(self.tiles, chosen, self._mask, scan)
+        best = said.best_fits(self.tiles, chosen, self._mask)
         self.tiles.mass[at] *= best / self._fit[at]
         self._fit[at] = np.maximum(best, kernels.LEAST_FIT)
 
-    def wake(self, belief: NDArray[np.float32], chosen: NDArray[np.int64], scan: Scan) -> None:
-        """Give back the chosen tiles (n, 3), just tightened, weighed by the scan."""
+    def wake(
+        self, belief: NDArray[np.float32], chosen: NDArray[np.int64], said: StateLikelihood
+    ) -> None:
+        """Give back the chosen tiles (n, 3), just tightened, weighed by what was said."""
         at = tuple(chosen.T)
         self.tiles.mass[at] /= self._fit[at]
-        kernels.wake_tiles(belief, self.tiles, chosen, self._mask, scan)
+        said.wake(belief, self.tiles, chosen, self._mask)
 
 
 def _counts(mask: NDArray[np.float32]) -> NDArray[np.float32]:
