@@ -10,19 +10,19 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
-from pilotage.localizer.estimate import Estimate, Memory
+from pilotage.localizer.estimate import Memory
 from pilotage.localizer.focus import FocusParams
 from pilotage.localizer.judge import Judge
+from pilotage.localizer.judged_method import JudgedMethod
 from pilotage.localizer.landmark_model import weigh_landmarks
-from pilotage.localizer.last_measurement import LastMeasurement, Novelty
+from pilotage.localizer.last_measurement import Novelty
 from pilotage.localizer.likelihood_field import LikelihoodFieldParams, likelihood_field
 from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
 from pilotage.localizer.measurement import Measurement, Ranges
 from pilotage.localizer.method import MethodName
-from pilotage.localizer.modes import Mode, find_modes_in_bins
+from pilotage.localizer.modes import Mode
 from pilotage.localizer.obstacles import enclosed
 from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
 from pilotage.localizer.range_model import (
@@ -33,12 +33,6 @@ from pilotage.localizer.range_model import (
 )
 from pilotage.localizer.verdict import VerdictParams
 from pilotage.localizer.visibility import VisibilityParams, optimistic_ranges
-
-SAMPLES = 20_000
-"""States that the modes are looked for in."""
-
-REMEMBERED = 5_000
-"""States kept in a memory; what they leave out comes back as uniform belief."""
 
 CARRIED_OFF = 1.0
 """Weight of the floor after a surprise under M2: exactly the paper's P0 (eq. 8)."""
@@ -81,7 +75,7 @@ class MarkovParams:
     focus: FocusParams = field(default_factory=lambda: PROPOSING)
 
 
-class MarkovLocalizer:
+class MarkovLocalizer(JudgedMethod):
     """The belief on a map, moved by odometry and weighed by measurements.
 
     `sight` is the map's table of optimistic ranges, if it is at hand from an earlier run;
@@ -89,6 +83,8 @@ class MarkovLocalizer:
     """
 
     name: MethodName = "markov"
+    samples = 20_000
+    remembered = 5_000
 
     def __init__(
         self,
@@ -97,6 +93,7 @@ class MarkovLocalizer:
         sight: RangeTable | None = None,
         landmarks: LandmarkMap | None = None,
     ) -> None:
+        super().__init__(Judge(world, params.verdict), params)
         self.params = params
         self.world = world
         self._landmarks = landmarks
@@ -109,15 +106,8 @@ class MarkovLocalizer:
             self._enclosed, self._states.geometry, self._states.headings, params.visibility
         )
         self._table: RangeTable | None = None
-        self._judge = Judge(world, params.verdict)
-        self._last = LastMeasurement(params)
         self._recovery_weight = 0.0
         self.choose_algorithm(params.algorithm, params.recovery_weight)
-
-    @property
-    def estimate(self) -> Estimate:
-        """What was last said."""
-        return self._judge.estimate
 
     @property
     def belief(self) -> MarkovGrid:
@@ -137,55 +127,19 @@ class MarkovLocalizer:
     def resume(self, memory: Memory) -> None:
         """Go on from what an earlier run remembered; the next measurement has to confirm it."""
         self.grid.set_states(memory.poses, memory.weights)
-        self._begin(self._modes(), was_localized=memory.was_localized)
-        self._last.resume(memory)
-
-    def remember(self) -> Memory | None:
-        """Return what `resume` needs, or None before the first measurement."""
-        is_localized = self.estimate.state == "localized"
-        return self._last.memory(self.grid, REMEMBERED, was_localized=is_localized)
-
-    def restart_odometry(self) -> None:
-        """Odometry counts from a new origin; the belief stays where it is."""
-        self._last.restart_odometry()
-        self._judge.restart_odometry()
-
-    def wants(
-        self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
-    ) -> bool:
-        """Say whether a measurement tells more than the last one did: by motion or surprise."""
-        is_due = self._last.is_due(stamp_ns, odom_from_base)
-        return is_due or self._judge.is_surprised(odom_from_base, measurement)
-
-    def update(
-        self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
-    ) -> Estimate:
-        """Predict up to `odom_from_base` (3,), correct by the measurement, judge the belief."""
-        increment = self._last.increment_to(odom_from_base)
-        surprise = self._judge.is_surprised(odom_from_base, measurement)
-        self.grid.predict(increment)
-        novelty = Novelty() if surprise else self._last.novelty(increment)
-        self._correct(measurement, novelty, surprise=surprise)
-        self._last.note(stamp_ns, odom_from_base)
-        states = self.grid.heaviest(SAMPLES)
-        return self._judge.judge(odom_from_base, states, measurement, surprise=surprise)
-
-    def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the last estimated pose (3,) moved on by odometry since."""
-        return se2.compose(self.estimate.pose, self._last.increment_to(odom_from_base))
+        self._go_on(self._modes(), memory)
 
     def choose_algorithm(self, algorithm: Literal["m1", "m2"], recovery_weight: float) -> None:
         """Use M1, or M2 with this weight of its floor, from the next measurement on."""
         self._recovery_weight = recovery_weight if algorithm == "m2" else 0.0
 
-    def _begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
-        self._judge.begin(modes, was_localized=was_localized)
-        self._last.forget()
-
     def _modes(self) -> list[Mode]:
         """Return the modes; each pose is known no better than a state is wide (w^2 / 12)."""
         resolution, step = self._states.geometry.resolution, self._states.heading_step
-        return find_modes_in_bins(*self.grid.heaviest(SAMPLES), (resolution, step))
+        return self._modes_in_bins(resolution, step)
+
+    def _predict(self, increment: NDArray[np.float64]) -> None:
+        self.grid.predict(increment)
 
     def _correct(self, measurement: Measurement, novelty: Novelty, *, surprise: bool) -> None:
         """Weigh the belief: Bel <- a P(s | l) P(b | l) (Bel + P0), eq. 8, 13 and 15."""

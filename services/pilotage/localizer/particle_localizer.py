@@ -9,16 +9,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
-from pilotage.localizer.estimate import Estimate, Memory
+from pilotage.localizer.estimate import Memory
 from pilotage.localizer.judge import Judge
-from pilotage.localizer.last_measurement import LastMeasurement, Novelty
+from pilotage.localizer.judged_method import JudgedMethod
+from pilotage.localizer.last_measurement import Novelty
 from pilotage.localizer.markov_grid import MotionSpread
 from pilotage.localizer.measurement import Measurement
 from pilotage.localizer.method import MethodName
-from pilotage.localizer.modes import Mode, find_modes_in_bins
+from pilotage.localizer.modes import Mode
 from pilotage.localizer.particle_belief import (
     BIN_SIZE,
     BIN_TURN,
@@ -34,12 +34,6 @@ from pilotage.localizer.particle_search import ParticleSearch, SearchParams
 from pilotage.localizer.particle_start import free_space
 from pilotage.localizer.range_model import RangeTable
 from pilotage.localizer.verdict import VerdictParams
-
-SAMPLES = 5_000
-"""Bins that the modes are looked for in."""
-
-REMEMBERED = 2_000
-"""Bins kept in a memory; what they leave out comes back as particles anywhere."""
 
 NEGLIGIBLE = 1e-4
 """Share of the belief that is not worth any particles."""
@@ -68,13 +62,15 @@ class ParticleParams:
     verdict: VerdictParams = field(default_factory=VerdictParams)
 
 
-class ParticleLocalizer:
+class ParticleLocalizer(JudgedMethod):
     """Particles on a map, moved by odometry and weighed by measurements.
 
     `sight` is the map's table of optimistic ranges, if it is at hand from an earlier run.
     """
 
     name: MethodName = "mcl"
+    samples = 5_000
+    remembered = 2_000
 
     def __init__(
         self,
@@ -84,6 +80,7 @@ class ParticleLocalizer:
         sight: RangeTable | None = None,
         landmarks: LandmarkMap | None = None,
     ) -> None:
+        super().__init__(Judge(world, params.verdict, landmarks), params)
         self.params = params
         self.world = world
         self._rng = rng
@@ -94,8 +91,6 @@ class ParticleLocalizer:
         self.filter = ParticleFilter(self._free, params.motion, params.kld)
         self._fits = FitMemory(params.recovery)
         self._recovers = True
-        self._judge = Judge(world, params.verdict, landmarks)
-        self._last = LastMeasurement(params)
         self.start_anywhere()
 
     @property
@@ -117,60 +112,25 @@ class ParticleLocalizer:
     def resume(self, memory: Memory) -> None:
         """Go on from what an earlier run remembered; the next measurement has to confirm it."""
         self.filter.set_states(memory.poses, memory.weights, self._rng)
-        self._begin(self._modes(), was_localized=memory.was_localized)
-        self._last.resume(memory)
-
-    def remember(self) -> Memory | None:
-        """Return what `resume` needs, or None before the first measurement."""
-        is_localized = self.estimate.state == "localized"
-        return self._last.memory(self.belief, REMEMBERED, was_localized=is_localized)
-
-    def restart_odometry(self) -> None:
-        """Odometry counts from a new origin; the belief stays where it is."""
-        self._last.restart_odometry()
-        self._judge.restart_odometry()
-
-    def wants(
-        self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
-    ) -> bool:
-        """Say whether a measurement tells more than the last one did: by motion or surprise."""
-        is_due = self._last.is_due(stamp_ns, odom_from_base)
-        return is_due or self._judge.is_surprised(odom_from_base, measurement)
-
-    def update(
-        self, stamp_ns: int, odom_from_base: NDArray[np.float64], measurement: Measurement
-    ) -> Estimate:
-        """Predict up to `odom_from_base` (3,), correct by the measurement, judge the belief."""
-        increment = self._last.increment_to(odom_from_base)
-        surprise = self._judge.is_surprised(odom_from_base, measurement)
-        self.filter.predict(increment, self._rng)
-        novelty = Novelty() if surprise else self._last.novelty(increment)
-        if self._is_anywhere:
-            self._find(measurement)
-        else:
-            self._correct(measurement, novelty, surprise=surprise)
-        self._last.note(stamp_ns, odom_from_base)
-        states = self.belief.heaviest(SAMPLES)
-        return self._judge.judge(odom_from_base, states, measurement, surprise=surprise)
-
-    def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the last estimated pose (3,) moved on by odometry since."""
-        return se2.compose(self.estimate.pose, self._last.increment_to(odom_from_base))
+        self._go_on(self._modes(), memory)
 
     def choose_algorithm(self, algorithm: Literal["m1", "m2"], recovery_weight: float) -> None:
         """Draw particles anew when measurements do not fit (m2), or never (m1, or no weight)."""
         self._recovers = algorithm == "m2" and recovery_weight > 0.0
 
-    @property
-    def estimate(self) -> Estimate:
-        """What was last said."""
-        return self._judge.estimate
-
     def _begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
+        super()._begin(modes, was_localized=was_localized)
         self._fits.forget()
-        self._judge.begin(modes, was_localized=was_localized)
-        self._last.forget()
         self._is_anywhere = False
+
+    def _predict(self, increment: NDArray[np.float64]) -> None:
+        self.filter.predict(increment, self._rng)
+
+    def _correct(self, measurement: Measurement, novelty: Novelty, *, surprise: bool) -> None:
+        if self._is_anywhere:
+            self._find(measurement)
+        else:
+            self._weigh(measurement, novelty, surprise=surprise)
 
     def _find(self, measurement: Measurement) -> None:
         """Replace particles anywhere by those that the first measurement speaks for."""
@@ -179,7 +139,7 @@ class ParticleLocalizer:
             self.filter.resample(self._rng)
         self._is_anywhere = False
 
-    def _correct(self, measurement: Measurement, novelty: Novelty, *, surprise: bool) -> None:
+    def _weigh(self, measurement: Measurement, novelty: Novelty, *, surprise: bool) -> None:
         """Weigh the particles, and let in others where the measurement fits none of them."""
         word = self._evidence.weigh(self.filter.poses, measurement, novelty)
         if word.parts:
@@ -209,4 +169,4 @@ class ParticleLocalizer:
 
     def _modes(self) -> list[Mode]:
         """Return the modes; each pose is known no better than a bin is wide (w^2 / 12)."""
-        return find_modes_in_bins(*self.belief.heaviest(SAMPLES), (BIN_SIZE, BIN_TURN))
+        return self._modes_in_bins(BIN_SIZE, BIN_TURN)
