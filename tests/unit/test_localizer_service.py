@@ -385,3 +385,20 @@ def test_after_a_clock_was_set_back_measurements_are_weighed_again(bench: Bench)
         assert bench.go(STANDING).state == "localized"
     assert dropped(bench) == 0
     assert bench.is_right()
+
+
+def test_a_robot_that_drives_on_with_a_dead_laser_is_localized_no_longer(bench: Bench) -> None:
+    bench.begin()
+    bench.drive_round()
+    states, uncertain = [bench.poses[-1].state], [bench.poses[-1].covariance[2, 2]]
+    for _ in range(60):
+        step = np.array([0.2, 0.0, 0.4])
+        bench.pose, bench.odom = se2.compose(bench.pose, step), se2.compose(bench.odom, step)
+        bench.clock.advance(1.0)
+        bench.say_odometry()
+        states.append(bench.poses[-1].state)
+        uncertain.append(bench.poses[-1].covariance[2, 2])
+    assert (states[0], states[-1]) == ("localized", "unknown")
+    assert bench.poses[-1].confidence < 0.7
+    assert uncertain[-1] > uncertain[10] > uncertain[0]
+    assert bench.is_right()

@@ -5,6 +5,8 @@ and weighed between the cells (`hypotheses`), and what speaks for the best one b
 confidence. Where there is no laser scan to weigh places by, the mass of the belief must do.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,12 +16,15 @@ from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.confidence import Signs, confidence_of
+from pilotage.localizer.dead_reckoning import reckoned, says_nothing
 from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.evidence import ends_in_base
 from pilotage.localizer.hypotheses import Hypotheses, Places, Witness
 from pilotage.localizer.landmark_model import landmark_likelihoods
+from pilotage.localizer.landmark_surprise import LandmarkSurprise
 from pilotage.localizer.measurement import Beams, Measurement
 from pilotage.localizer.modes import LEAST_MASS, MOST_MODES, Mode, apart, find_modes, is_within
+from pilotage.localizer.motion_spread import MotionSpread
 from pilotage.localizer.obstacles import obstacles
 from pilotage.localizer.peaks import find_peaks
 from pilotage.localizer.precision import fitted_covariance
@@ -69,6 +74,7 @@ class Judge:
         landmarks: LandmarkMap | None = None,
     ) -> None:
         self._landmarks = landmarks
+        self._sightings = LandmarkSurprise(landmarks)
         self._around = obstacles(world)
         self._hypotheses = Hypotheses(self._around)
         self._verdict = Verdict(params or VerdictParams())
@@ -84,6 +90,7 @@ class Judge:
     def begin(self, modes: list[Mode], *, was_localized: bool = False) -> None:
         """Begin anew with what is believed before any measurement."""
         self._hypotheses.forget()
+        self._sightings.forget()
         self._verdict.begin(was_localized=was_localized)
         self._odom_from_base = None
         self._agreeing = CONFIRMED - 1 if was_localized else 0
@@ -101,17 +108,18 @@ class Judge:
     def is_surprised(self, odom_from_base: NDArray[np.float64], seen: Measurement) -> bool:
         """Say whether all places should compete anew.
 
-        A scan contradicts the pose where odometry puts a localized robot; or places and belief
-        have contradicted each other for so long that one of them must be in a rut.
+        A scan or landmarks contradict the pose where odometry puts a localized robot; or places
+        and belief have contradicted each other for so long that one of them must be in a rut.
         """
         if self._dissents >= MOST_DISSENTS:
             return True
-        beams = _telling(seen)
-        if self.estimate.state != "localized" or beams is None or self._odom_from_base is None:
+        if self.estimate.state != "localized" or self._odom_from_base is None:
             return False
-        if not len(self._hypotheses.places):
+        beams, expected = _telling(seen), self._expected(odom_from_base)
+        if self._sightings.is_surprised(expected, self.estimate.covariance, seen.landmarks):
+            return True
+        if beams is None or not len(self._hypotheses.places):
             return False
-        expected = self._expected(odom_from_base)
         limit = min(0.0, self._hypotheses.places.fit[0] - WORSE)
         if self._hypotheses.fit_at(expected[None], beams).fit[0] >= limit:
             return False
@@ -142,6 +150,13 @@ class Judge:
             seen: the measurement.
             surprise: whether it contradicts what was believed.
         """
+        if says_nothing(seen):
+            return self._move_on(odom_from_base)
+        if surprise or self.estimate.state != "localized":
+            self._sightings.forget()
+        else:
+            expected = self._expected(odom_from_base)
+            self._sightings.note(expected, self.estimate.covariance, seen.landmarks)
         beams = _telling(seen)
         if beams is None:
             self.estimate = self._by_mass(odom_from_base, states, surprise=surprise)
@@ -150,6 +165,18 @@ class Judge:
             self.estimate = self._by_places(states, beams, surprise=surprise)
         self._odom_from_base = odom_from_base.copy()
         self._judged += 1
+        return self.estimate
+
+    def _move_on(self, odom_from_base: NDArray[np.float64]) -> Estimate:
+        """Return the last estimate moved on; odometry alone makes nobody localized."""
+        here = self._odom_from_base
+        increment = np.zeros(3) if here is None else se2.between(here, odom_from_base)
+        self.estimate = moved = reckoned(self.estimate, increment, MotionSpread())
+        if moved.state == "localized":
+            masses = [mode.mass for mode in moved.modes]
+            state = self._verdict.judge(moved.confidence, masses, surprise=False)
+            self.estimate = replace(moved, state=state)
+        self._odom_from_base = odom_from_base.copy()
         return self.estimate
 
     def _follow(
@@ -208,6 +235,7 @@ class Judge:
         confidence = confidence_of(signs)
         masses = [mode.mass for mode in modes]
         state = self._verdict.judge(confidence, masses, surprise=surprise)
+        self._agreeing = CONFIRMED if state == "localized" else 0
         best = modes[0]
         return Estimate(
             best.pose, best.covariance, state, confidence, modes, float(places.met[0]), signs

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core import se2
+from pilotage.localizer.dead_reckoning import says_nothing
 from pilotage.localizer.estimate import Estimate, Memory
 from pilotage.localizer.judge import Judge
 from pilotage.localizer.last_measurement import LastMeasurement, Novelty, Pace
@@ -66,8 +67,12 @@ class JudgedMethod(ABC):
         surprise = self._judge.is_surprised(odom_from_base, measurement)
         novelty = Novelty() if surprise else self._last.novelty(increment)
         self._predict(increment)
-        self._correct(measurement, novelty, surprise=surprise)
-        self._last.note(stamp_ns, odom_from_base)
+        if says_nothing(measurement):
+            self._last.note_nothing(stamp_ns, odom_from_base)
+        else:
+            self._last.note(stamp_ns, odom_from_base)
+        if not says_nothing(measurement) or measurement.compass is not None:
+            self._correct(measurement, novelty, surprise=surprise)
         states = self.belief.heaviest(self.samples)
         return self._judge.judge(odom_from_base, states, measurement, surprise=surprise)
 

@@ -62,9 +62,17 @@ class LastMeasurement:
         self._odom_from_base: NDArray[np.float64] | None = None
         self._stamp_ns = 0
         self._is_first = True
+        self._unseen = 0.0, 0.0
+
+    def note_nothing(self, stamp_ns: int, odom_from_base: NDArray[np.float64]) -> None:
+        """Nothing was to be seen here: what comes next is as new as if nobody had looked."""
+        way, turn = apart(self.increment_to(odom_from_base), np.zeros(3))
+        self._unseen = self._unseen[0] + way, self._unseen[1] + turn
+        self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
 
     def note(self, stamp_ns: int, odom_from_base: NDArray[np.float64]) -> None:
         """Take what has just been measured here for the last measurement."""
+        self._unseen = 0.0, 0.0
         self._odom_from_base, self._stamp_ns = odom_from_base.copy(), stamp_ns
         self._is_first = False
 
@@ -105,7 +113,7 @@ class LastMeasurement:
         """
         if self._is_first:
             return Novelty()
-        way, turn = apart(increment, np.zeros(3))
+        way, turn = np.add(apart(increment, np.zeros(3)), self._unseen)
         moved = way / self._pace.update_way
         of_scan = min(1.0, max(moved + turn / np.pi, STANDING))
         return Novelty(of_scan, min(1.0, max(moved + turn / self._pace.update_turn, STANDING)))

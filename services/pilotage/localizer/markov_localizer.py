@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
+from pilotage.localizer.dead_reckoning import says_nothing
 from pilotage.localizer.estimate import Memory
 from pilotage.localizer.focus import FocusParams
 from pilotage.localizer.judge import Judge
@@ -93,7 +94,7 @@ class MarkovLocalizer(JudgedMethod):
         sight: RangeTable | None = None,
         landmarks: LandmarkMap | None = None,
     ) -> None:
-        super().__init__(Judge(world, params.verdict), params)
+        super().__init__(Judge(world, params.verdict, landmarks), params)
         self.params = params
         self.world = world
         self._landmarks = landmarks
@@ -143,7 +144,7 @@ class MarkovLocalizer(JudgedMethod):
 
     def _correct(self, measurement: Measurement, novelty: Novelty, *, surprise: bool) -> None:
         """Weigh the belief: Bel <- a P(s | l) P(b | l) (Bel + P0), eq. 8, 13 and 15."""
-        anywhere = surprise or self._judge.is_searching
+        anywhere = surprise or (self._judge.is_searching and not says_nothing(measurement))
         carried_off = anywhere and self._recovery_weight > 0.0
         weight = CARRIED_OFF if carried_off else self._recovery_weight
         self.grid.add_floor(weight, _weakened(measurement.compass, novelty.of_ranges))

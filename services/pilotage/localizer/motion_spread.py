@@ -16,6 +16,15 @@ class MotionSpread:
     rotation: float = 0.06
     rotation_from_way: float = 0.05
 
+    def variances(self, way: float, turn: float) -> tuple[float, float]:
+        """Return what a motion of `way` [m] and `turn` [rad], both positive, makes uncertain.
+
+        Variances of x and y alike [m^2], and of the heading [rad^2].
+        """
+        along = self.translation**2 * way + self.translation_from_turn**2 * turn
+        around = self.rotation**2 * turn + self.rotation_from_way**2 * way
+        return along, around
+
 
 LEAST_SHARE = 0.08
 """Spreading waits until each neighbour would get this share: fewer passes, the same variance."""
@@ -37,9 +46,7 @@ class SpreadDue:
 
     def add(self, way: float, turn: float) -> None:
         """Add what a motion of `way` [m] and `turn` [rad], both positive, makes uncertain."""
-        spread = self._spread
-        along = spread.translation**2 * way + spread.translation_from_turn**2 * turn
-        around = spread.rotation**2 * turn + spread.rotation_from_way**2 * way
+        along, around = self._spread.variances(way, turn)
         self.of_cells += along / self._cell_area
         self.of_headings += around / self._heading_area
 

@@ -39,6 +39,9 @@ POSE_PERIOD_NS = 90_000_000
 MEMORY_PERIOD_NS = 1_000_000_000
 EXTRAPOLATION_NS = 100_000_000
 
+BLIND_NS = 2_000_000_000
+"""Without any measurement for so long, odometry alone has to say how sure the pose still is."""
+
 
 class LocalizerService:
     """Feeds a localization method from the bus and publishes what it believes."""
@@ -78,6 +81,8 @@ class LocalizerService:
         self._odometry.append(now.stamp_ns, now.pose)
         if self._waiting is not None:
             self._weigh(*self._waiting)
+        elif 0 < self._weighed_ns < now.stamp_ns - BLIND_NS:
+            self._weigh(now.stamp_ns, Measurement())
         self._send_pose(now)
 
     def take_scan(self, scan: LaserScan) -> None:
