@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
-from pilotage.localizer.kernels import SIDE, Tiles
+from pilotage.localizer.kernels import SIDE, Tiles, first_state
 from pilotage.localizer.landmark_kernels import CUT, KnownSightings, log_likelihood
 
 Layers = tuple[NDArray[np.float64], float]
@@ -53,7 +53,7 @@ def best_fits(
     """Return the likelihood (n,) of the best state in each of the chosen tiles (n, 3)."""
     best = np.zeros(len(chosen), np.float32)
     for i in range(len(chosen)):
-        k, row, col = _first_state(tiles.phases, chosen[i])
+        k, row, col = first_state(tiles.phases, chosen[i])
         for r in range(max(0, row), min(row + SIDE, len(mask))):
             for c in range(max(0, col), min(col + SIDE, mask.shape[1])):
                 if mask[r, c] > 0.0:
@@ -71,7 +71,7 @@ def wake_tiles(
 ) -> None:
     """Give the chosen tiles' (n, 3) masses to their states, evenly, and weigh each of these."""
     for i in range(len(chosen)):
-        k, row, col = _first_state(tiles.phases, chosen[i])
+        k, row, col = first_state(tiles.phases, chosen[i])
         tile_row, tile_col = chosen[i, 1], chosen[i, 2]
         count = tiles.counts[tiles.phases[k, 0], tiles.phases[k, 1], tile_row, tile_col]
         share = tiles.mass[k, tile_row, tile_col] / max(count, np.float32(1.0))
@@ -80,12 +80,6 @@ def wake_tiles(
             for c in range(max(0, col), min(col + SIDE, mask.shape[1])):
                 if mask[r, c] > 0.0:
                     belief[k, r, c] += share * _likelihood((k, r, c), said)
-
-
-@kernel
-def _first_state(phases: NDArray[np.int64], tile: NDArray[np.int64]) -> tuple[int, int, int]:
-    k = tile[0]
-    return k, SIDE * (tile[1] - 1) + phases[k, 0], SIDE * (tile[2] - 1) + phases[k, 1]
 
 
 @kernel

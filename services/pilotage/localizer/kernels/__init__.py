@@ -16,38 +16,29 @@ from pilotage.localizer.kernels.areas import (
     in_all_layers,
     whole_area,
 )
+from pilotage.localizer.kernels.blocks import runs_of_blocks
 from pilotage.localizer.kernels.costs import LANES, MOST_COST, Scan
 from pilotage.localizer.kernels.moving import shift_layers, spread_headings, spread_layers
+from pilotage.localizer.kernels.ranging import Echoes, echoes_of, weigh_ranges
 from pilotage.localizer.kernels.resting import (
     LEAST_FIT,
     SIDE,
     Tiles,
-    best_fits,
     limit_of,
-    open_tiles,
     retire,
-    runs_of_blocks,
-    spread_tile_headings,
-    spread_tiles,
     sum_tiles,
-    wake_tiles,
     weigh_tiles,
 )
+from pilotage.localizer.kernels.seeing import Sight, weigh_visibility
+from pilotage.localizer.kernels.spreading import spread_tile_headings, spread_tiles
 from pilotage.localizer.kernels.summing import (
     states_above,
     sum_headings,
     sum_logarithms,
     sum_runs,
 )
-from pilotage.localizer.kernels.weighing import (
-    Echoes,
-    Sight,
-    echoes_of,
-    weigh_prior,
-    weigh_ranges,
-    weigh_scan,
-    weigh_visibility,
-)
+from pilotage.localizer.kernels.waking import best_fits, first_state, open_tiles, wake_tiles
+from pilotage.localizer.kernels.weighing import weigh_prior, weigh_scan
 
 __all__ = [
     "LANES",
@@ -64,6 +55,7 @@ __all__ = [
     "Tiles",
     "best_fits",
     "echoes_of",
+    "first_state",
     "in_all_layers",
     "limit_of",
     "open_tiles",

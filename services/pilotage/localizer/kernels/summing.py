@@ -20,12 +20,13 @@ def sum_runs(belief: Belief, area: Area) -> Runs:
     for k in range(len(belief)):
         for i in range(area.starts[k], area.starts[k + 1]):
             row, first, last = area.runs[i]
-            mass[i], peak[i] = _sum_and_peak(belief[k, row, first:last])
+            mass[i], peak[i] = sum_and_peak(belief[k, row, first:last])
     return Runs(mass, peak)
 
 
 @reduction
-def _sum_and_peak(run: NDArray[np.float32]) -> tuple[float, np.float32]:
+def sum_and_peak(run: NDArray[np.float32]) -> tuple[float, np.float32]:
+    """Return the sum and the maximum of a run (n,)."""
     mass, peak = np.float32(0.0), np.float32(0.0)
     for value in run:
         mass += value
