@@ -78,7 +78,7 @@ class Case:
         self.likelihood = np.exp(-1e-3 * np.arange(BEAMS * MOST_COST + 1)).astype(np.float32)
         self.levels = self.rng.integers(0, 256, grid.shape).astype(np.uint8)
         self.directions = self.rng.integers(0, headings, (headings, BEAMS))
-        self.looks = self.rng.random((4, 256)).astype(np.float32) * 0.5 + 0.5
+        self.looks = self.rng.random((headings, 4, 256)).astype(np.float32) * 0.5 + 0.5
         self.prior = Prior(1.0, 1e-9, np.ones(headings, np.float32))
         self.shifts = self.rng.integers(-1, 2, (headings, 2))
 

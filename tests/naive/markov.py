@@ -76,8 +76,13 @@ def weigh_ranges(
     for k, row, col in np.ndindex(belief.shape):
         if mask[row, col]:
             for beam, direction in enumerate(directions[k]):
-                weighed[k, row, col] *= likelihoods[beam, levels[direction, row, col]]
+                weighed[k, row, col] *= likelihoods[k, beam, levels[direction, row, col]]
     return weighed
+
+
+def shifted(likelihoods: Array, ranges: Array, ahead: float) -> Array:
+    """Twin of `kernels.shift_levels`, for one beam and layer: what is read between the levels."""
+    return np.append(np.interp(ranges[:-1] - ahead, ranges, likelihoods), likelihoods[-1])
 
 
 def beams_through_walls(

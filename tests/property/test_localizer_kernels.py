@@ -133,12 +133,24 @@ def test_ranges_weigh_each_state_by_what_it_should_measure(seed: int, count: int
     headings, rows, cols = case.shape
     levels = case.bytes_of(7, rows, cols)
     directions = case.rng.integers(0, 7, (headings, count))
-    likelihoods = case.rng.random((count, 256)).astype(np.float32)
+    likelihoods = case.rng.random((headings, count, 256)).astype(np.float32)
     mask = case.admissible.mask
     expected = naive.weigh_ranges(case.exact, mask, directions, levels, likelihoods)
     echoes = kernels.echoes_of(directions, levels, likelihoods)
     kernels.weigh_ranges(case.belief, case.area, case.no_prior, echoes)
     assert case.belief == close(expected)
+
+
+@given(SEEDS, st.integers(0, 3))
+def test_states_ahead_of_their_cells_expect_shorter_ranges(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    likelihoods = rng.random((count, 256)).astype(np.float32)
+    ranges = np.cumsum(rng.uniform(0.02, 0.2, 256)) - 0.02
+    ahead = rng.uniform(-0.5, 0.5, (4, count)) * rng.integers(0, 2, (4, count))
+    moved = kernels.shift_levels(likelihoods, ranges, ahead)
+    for k, beam in np.ndindex(4, count):
+        expected = naive.shifted(likelihoods[beam].astype(float), ranges, float(ahead[k, beam]))
+        assert moved[k, beam] == pytest.approx(expected, abs=1e-5)
 
 
 @given(SEEDS, st.floats(0.1, 10.0), st.floats(0.0, 1.0))

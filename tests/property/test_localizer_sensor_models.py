@@ -9,15 +9,23 @@ from hypothesis import strategies as st
 
 from naive import markov as naive
 from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.core.range_table import expected_ranges
 from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.likelihood_field import STEPS, LikelihoodFieldParams, likelihood_field
 from pilotage.localizer.range_model import (
     LEVELS,
     RangeModelParams,
+    levels_of,
     range_likelihoods,
     range_table,
+    ranges_of_levels,
 )
-from pilotage.localizer.visibility import VisibilityParams, levels_allowed, optimistic_ranges
+from pilotage.localizer.visibility import (
+    VisibilityParams,
+    even_levels,
+    levels_allowed,
+    optimistic_ranges,
+)
 
 SEEDS = st.integers(0, 2**32 - 1)
 ANGLES = st.floats(-math.pi, math.pi, exclude_max=True)
@@ -45,13 +53,26 @@ def test_range_table_holds_each_expected_range_in_one_byte(
 ) -> None:
     world = random_world(seed, origin)
     table = range_table(world, world.geometry, HEADINGS, range_max)
+    kept = ranges_of_levels(range_max)
     for k, row, col in np.ndindex(table.levels.shape):
         direction = 2.0 * math.pi * k / HEADINGS
         assume(not meets_corners(direction - origin[2]))
         centre = naive.cell_centre(world.geometry, row, col)
         expected = naive.expected_range(world, centre, direction, range_max)
-        kept = table.levels[k, row, col] * range_max / LEVELS
-        assert kept == pytest.approx(expected, abs=0.51 * range_max / LEVELS)
+        level = int(table.levels[k, row, col])
+        nearest = np.abs(kept - expected).min()
+        assert abs(kept[level] - expected) <= nearest + 0.02 * range_max / LEVELS
+
+
+@given(st.floats(0.5, 80.0))
+def test_levels_stand_for_rising_ranges_the_finer_the_nearer(range_max: float) -> None:
+    ranges = ranges_of_levels(range_max)
+    steps = np.diff(ranges)
+    assert (ranges[0], ranges[-1]) == (0.0, pytest.approx(range_max))
+    assert np.all(np.diff(steps) > 0.0)
+    assert steps[0] < 0.3 * range_max / LEVELS
+    assert np.array_equal(levels_of(ranges, range_max), np.arange(LEVELS + 1))
+    assert levels_of(np.array([2.0 * range_max, np.inf]), range_max).tolist() == [LEVELS] * 2
 
 
 @given(st.floats(0.0, 6.0), st.floats(0.02, 1.0), st.floats(0.001, 0.5), st.floats(0.01, 1.0))
@@ -61,7 +82,7 @@ def test_ranges_are_as_likely_as_equation_5_says(
     params = RangeModelParams(delta, outlier, no_echo)
     likelihood = range_likelihoods(np.array([measured, np.inf]), 4.0, params)
     for level in range(LEVELS + 1):
-        expected = level * (4.0 / LEVELS)
+        expected = float(ranges_of_levels(4.0)[level])
         for row, value in ((0, measured), (1, math.inf)):
             model = (delta, outlier, no_echo)
             twin = naive.range_likelihood(value, expected, 4.0, model)
@@ -71,8 +92,8 @@ def test_ranges_are_as_likely_as_equation_5_says(
 def test_the_likeliest_expected_range_is_the_measured_one() -> None:
     measured = np.array([0.4, 1.7, 3.3])
     likelihood = range_likelihoods(measured, 4.0, RangeModelParams())
-    best = likelihood.argmax(axis=1) * 4.0 / LEVELS
-    assert best == pytest.approx(measured, abs=2.1 / LEVELS)
+    best = ranges_of_levels(4.0)[likelihood.argmax(axis=1)]
+    assert best == pytest.approx(measured, abs=3.5 / LEVELS)
     assert (likelihood > 0.0).all()
 
 
@@ -134,7 +155,8 @@ def test_optimistic_range_is_the_largest_of_a_states_neighbours(
 ) -> None:
     world = random_world(seed, origin)
     params = VisibilityParams(reach=3.0)
-    plain = range_table(world, world.geometry, HEADINGS, params.reach).levels
+    ranges = expected_ranges(world, world.geometry, HEADINGS, params.reach)
+    plain = even_levels(ranges, params.reach)
     optimistic = optimistic_ranges(world, world.geometry, HEADINGS, params).levels
     for state in np.ndindex(plain.shape):
         assert optimistic[state] == naive.largest_neighbour(plain, state)

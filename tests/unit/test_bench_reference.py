@@ -16,7 +16,12 @@ from pilotage.localizer.markov_grid import MarkovGrid, MotionSpread
 from pilotage.localizer.particle_field import BeamModel, particle_field
 from pilotage.localizer.particle_start import free_space
 from pilotage.localizer.pose_grid import PoseGrid, PoseGridParams, pose_grid
-from pilotage.localizer.range_model import RangeModelParams, range_likelihoods, range_table
+from pilotage.localizer.range_model import (
+    RangeModelParams,
+    range_likelihoods,
+    range_table,
+    ranges_of_levels,
+)
 
 HEADINGS, RANGE_MAX = 24, 5.0
 RANGERS = np.array([0.0, np.pi / 2.0, -np.pi / 2.0, np.pi])
@@ -135,7 +140,8 @@ def test_expected_ranges_are_those_of_the_table(resolution: float, direction: in
     states = pose_grid(ROOM, PoseGridParams(resolution, HEADINGS))
     table = range_table(ROOM, states.geometry, HEADINGS, RANGE_MAX)
     plain = plain_range_layer(ROOM, states, direction * states.heading_step, RANGE_MAX)
-    steps = np.abs(plain * (255.0 / RANGE_MAX) - table.levels[direction])
+    levels, ranges = table.levels[direction], ranges_of_levels(RANGE_MAX)
+    steps = np.abs(plain - ranges[levels]) / np.gradient(ranges)[levels]
     is_free = states.admissible.mask > 0
     # A ray through a corner may take either cell.
     assert np.mean(steps[is_free] > 0.6) < 0.03

@@ -11,7 +11,7 @@ from pilotage.core.distance_field import distance_to_walls
 from pilotage.localizer.compass import compass_likelihood
 from pilotage.localizer.likelihood_field import LikelihoodFieldParams
 from pilotage.localizer.pose_grid import PoseGrid
-from pilotage.localizer.range_model import RangeTable
+from pilotage.localizer.range_model import RangeTable, ranges_of_levels
 
 SPREAD_SHARE = 0.08
 """What each neighbour gets where motion spreads the belief; one pass per prediction."""
@@ -79,9 +79,12 @@ class PlainGrid:
         """Multiply by the likelihood (n, 256) of each range, by expected level (eq. 14)."""
         turns = (self.headings[:, None] + bearings) / (2.0 * np.pi)
         directions = np.rint(turns * len(table.levels)).astype(int) % len(table.levels)
+        aside, up = self.offsets.T[:, :, None] * self.states.geometry.resolution
+        ahead = np.cos(2.0 * np.pi * turns) * aside + np.sin(2.0 * np.pi * turns) * up
         for k, along in enumerate(directions):
             for beam, direction in enumerate(along):
-                self.belief[k] *= likelihoods[beam][table.levels[direction]]
+                of_levels = _shifted(likelihoods[beam], ahead[k, beam], table.range_max)
+                self.belief[k] *= of_levels[table.levels[direction]]
 
     def weigh_scan(
         self, ends_base: NDArray[np.float64], field: PlainField, tempering: float
@@ -144,3 +147,12 @@ def _distance(states: PoseGrid, margin: int) -> NDArray[np.float64]:
     distance = np.full(len(cells), np.inf)
     distance[inside] = fine[tuple(cells[inside].T)]
     return distance.reshape(np.array(geometry.shape) + 2 * margin)
+
+
+def _shifted(
+    likelihoods: NDArray[np.float32], ahead: float, range_max: float
+) -> NDArray[np.float32]:
+    """Return likelihoods by level for states that lie so far [m] ahead of their cells."""
+    ranges = ranges_of_levels(range_max)
+    between = np.interp(ranges[:-1] - ahead, ranges, likelihoods)
+    return np.append(between, likelihoods[-1]).astype(np.float32)

@@ -24,7 +24,7 @@ from pilotage.localizer.layers import Layers
 from pilotage.localizer.likelihood_field import LikelihoodField
 from pilotage.localizer.motion_spread import MotionSpread, SpreadDue
 from pilotage.localizer.pose_grid import PoseGrid
-from pilotage.localizer.range_model import RangeTable
+from pilotage.localizer.range_model import RangeTable, ranges_of_levels
 from pilotage.localizer.state_likelihood import ScanLikelihood, StateLikelihood, TileLikelihood
 from pilotage.localizer.visibility import VisibilityParams, levels_allowed
 
@@ -200,7 +200,9 @@ class MarkovGrid:
             table: expected ranges.
         """
         directions = self._layers.directions_of(bearings, len(table.levels))
-        echoes = kernels.echoes_of(directions, table.levels, likelihoods)
+        ahead = self._layers.offsets_along(bearings)
+        of_layers = kernels.shift_levels(likelihoods, ranges_of_levels(table.range_max), ahead)
+        echoes = kernels.echoes_of(directions, table.levels, of_layers)
         prior, of_rest = self._take_prior()
         if not self._focus.rest.is_empty:
             self._focus.rest.begin(of_rest)

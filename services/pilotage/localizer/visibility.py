@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.grid import GridGeometry, OccupancyMap
-from pilotage.localizer.range_model import LEVELS, RangeTable, range_table
+from pilotage.core.range_table import expected_ranges
+from pilotage.localizer.range_model import LEVELS, RangeTable
 
 
 @dataclass(frozen=True)
@@ -33,12 +34,21 @@ class VisibilityParams:
 def optimistic_ranges(
     world: OccupancyMap, geometry: GridGeometry, headings: int, params: VisibilityParams
 ) -> RangeTable:
-    """Return the largest expected range in the 3 x 3 x 3 neighbourhood of each state."""
-    levels = range_table(world, geometry, headings, params.reach).levels
+    """Return the largest expected range in the 3 x 3 x 3 neighbourhood of each state.
+
+    Its levels are even steps of `reach` / 255: the margin is the same near and far.
+    """
+    levels = even_levels(expected_ranges(world, geometry, headings, params.reach), params.reach)
     levels = np.maximum(levels, np.maximum(np.roll(levels, 1, 0), np.roll(levels, -1, 0)))
     for axis in (1, 2):
         levels = _largest_of_three(levels, axis)
     return RangeTable(levels, params.reach)
+
+
+def even_levels(ranges: NDArray[np.floating], reach: float) -> NDArray[np.uint8]:
+    """Return each range [m] in steps of `reach` / 255; LEVELS for all from `reach` on."""
+    levels: NDArray[np.float64] = np.floor(ranges * (LEVELS / reach) + 0.5)
+    return np.clip(levels, 0, LEVELS).astype(np.uint8)
 
 
 def levels_allowed(ranges: NDArray[np.float64], params: VisibilityParams) -> NDArray[np.uint8]:

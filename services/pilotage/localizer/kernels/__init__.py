@@ -19,7 +19,7 @@ from pilotage.localizer.kernels.areas import (
 from pilotage.localizer.kernels.blocks import runs_of_blocks
 from pilotage.localizer.kernels.costs import LANES, MOST_COST, Scan
 from pilotage.localizer.kernels.moving import shift_layers, spread_headings, spread_layers
-from pilotage.localizer.kernels.ranging import Echoes, echoes_of, weigh_ranges
+from pilotage.localizer.kernels.ranging import Echoes, echoes_of, shift_levels, weigh_ranges
 from pilotage.localizer.kernels.resting import (
     LEAST_FIT,
     SIDE,
@@ -62,6 +62,7 @@ __all__ = [
     "retire",
     "runs_of_blocks",
     "shift_layers",
+    "shift_levels",
     "spread_headings",
     "spread_layers",
     "spread_tile_headings",
@@ -107,7 +108,8 @@ def _warm_up_weighing(belief: NDArray[np.float32], area: Area, prior: Prior) -> 
     levels, directions = np.zeros((2, 3, 3), np.uint8), np.zeros((2, 1), np.int64)
     runs = weigh_prior(belief, area, prior)
     weigh_scan(belief, area, prior, _scan())
-    weigh_ranges(belief, area, prior, echoes_of(directions, levels, np.ones((1, 256), np.float32)))
+    likelihoods = shift_levels(np.ones((1, 2), np.float32), np.arange(2.0), np.zeros((2, 1)))
+    weigh_ranges(belief, area, prior, echoes_of(directions, levels, likelihoods))
     allowed, likelihood = np.zeros(1, np.uint8), np.ones(2, np.float32)
     sight = Sight(directions, levels, allowed, likelihood, np.float32(0.0))
     weigh_visibility(belief, area, runs, sight)

@@ -20,7 +20,7 @@ class Echoes(NamedTuple):
     """Single ranges, ready to be looked up four at a time (see `echoes_of`).
 
     `directions`: (headings, n) layer of `levels` that each beam points along. `levels`: (table
-    headings, rows, cols), see range_model. `likelihoods`: (n, 256) by expected level.
+    headings, rows, cols), see range_model. `likelihoods`: (headings, n, 256) by expected level.
     """
 
     directions: NDArray[np.int64]
@@ -34,11 +34,44 @@ def echoes_of(
     """Return single ranges with so many added that say nothing that there are whole fours."""
     headings, n = directions.shape
     added = max(4, n + -n % 4) - n
-    silent = np.ones((added, likelihoods.shape[1]), np.float32)
+    silent = np.ones((headings, added, likelihoods.shape[2]), np.float32)
     nowhere = np.zeros((headings, added), np.int64)
     return Echoes(
-        np.concatenate([directions, nowhere], axis=1), levels, np.concatenate([likelihoods, silent])
+        np.concatenate([directions, nowhere], axis=1),
+        levels,
+        np.concatenate([likelihoods, silent], axis=1),
     )
+
+
+@kernel
+def shift_levels(
+    likelihoods: NDArray[np.float32], ranges: NDArray[np.float64], ahead: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return likelihoods (headings, n, levels) of states that lie ahead of their cells' centres.
+
+    Args:
+        likelihoods: (n, levels) by the level of the expected range.
+        ranges: (levels,) that each level stands for, rising [m].
+        ahead: (headings, n) [m] along each beam.
+
+    A state expects its cell's range less what it lies ahead; between levels likelihoods are
+    interpolated. The last level stays: what is out of reach is so by any distance.
+    """
+    headings, n = ahead.shape
+    last = len(ranges) - 1
+    shifted = np.empty((headings, n, last + 1), np.float32)
+    for k in range(headings):
+        for b in range(n):
+            below = 0
+            for level in range(last):
+                expected = min(max(ranges[level] - ahead[k, b], ranges[0]), ranges[last])
+                while below < last - 1 and ranges[below + 1] <= expected:
+                    below += 1
+                part = (expected - ranges[below]) / (ranges[below + 1] - ranges[below])
+                one, other = likelihoods[b, below], likelihoods[b, below + 1]
+                shifted[k, b, level] = one + np.float32(part) * (other - one)
+            shifted[k, b, last] = likelihoods[b, last]
+    return shifted
 
 
 @kernel
@@ -49,7 +82,7 @@ def weigh_ranges(belief: Belief, area: Area, prior: Prior, echoes: Echoes) -> Ru
     n = echoes.directions.shape[1]
     for k in range(len(belief)):
         clear(belief[k], area.gaps)
-        gain_floor = prior_of(prior, k)
+        gain_floor, of_beams = prior_of(prior, k), echoes.likelihoods[k]
         for i in range(area.starts[k], area.starts[k + 1]):
             row, first, last = area.runs[i]
             run, mask = belief[k, row, first:last], area.mask[row, first:last]
@@ -58,10 +91,10 @@ def weigh_ranges(belief: Belief, area: Area, prior: Prior, echoes: Echoes) -> Ru
                 fit[:] = np.float32(1.0)
             for b in range(0, n - 4, 4):
                 seen = _levels(echoes, echoes.directions[k, b : b + 4], row, first, last)
-                _fit_four(fit, seen, echoes.likelihoods[b : b + 4])
+                _fit_four(fit, seen, of_beams[b : b + 4])
             seen = _levels(echoes, echoes.directions[k, n - 4 :], row, first, last)
             runs.mass[i], runs.peak[i] = _apply_four(
-                run, (mask, fit), seen, echoes.likelihoods[n - 4 :], gain_floor
+                run, (mask, fit), seen, of_beams[n - 4 :], gain_floor
             )
     return runs
 
