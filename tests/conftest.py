@@ -22,6 +22,13 @@ settings.load_profile("further" if "PILOTAGE_FUZZ" in os.environ else "pilotage"
 REPOSITORY = Path(__file__).resolve().parent.parent
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let random input and long logs not count as coverage: they pass by more than they check."""
+    for item in items:
+        if item.path.parent.name in ("fuzz", "golden"):
+            item.add_marker("no_cover")
+
+
 @pytest.fixture(scope="session")
 def repository() -> Path:
     """The root of the checkout."""

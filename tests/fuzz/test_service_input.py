@@ -1,6 +1,7 @@
 """Any valid message, however odd, in any order: no service that listens to it fails."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -15,7 +16,10 @@ from pilotage.bus.endpoints import reason_of
 from pilotage.bus.fabric import RefusedError
 from pilotage.bus.fake import FakeFabric
 from pilotage.bus.node import Node
+from pilotage.localizer import method_setup
 from pilotage.localizer.config import LocalizerSettings
+from pilotage.localizer.particle_localizer import ParticleParams
+from pilotage.localizer.particle_search import SearchParams
 from pilotage.localizer.service import LocalizerService
 from pilotage.mapper.config import MapperSettings
 from pilotage.mapper.service import MapperService
@@ -27,6 +31,9 @@ from pilotage_schemas.sensors import RobotDescription, SensorMount
 from pilotage_schemas.topics import QUERIES, TOPICS, Query, encoding, query_key, topic_key
 from sample_messages import HERE, grid, odometry, scan
 from strategies import parts
+
+FEW = replace(ParticleParams(), search=SearchParams(candidates=5_000, kept=1_000))
+"""Particles that look for a start in the hall of 20 x 20 cells, not in a building."""
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 Build = Callable[[Node], object]
@@ -42,7 +49,13 @@ def localizer_by(method: Literal["markov", "mcl"]) -> Build:
         headings=8,
         belief_period=0.05,
     )
-    return lambda node: LocalizerService(settings, node, Deployment())
+
+    def build(node: Node) -> object:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(method_setup, "ParticleParams", lambda: FEW)
+            return LocalizerService(settings, node, Deployment())
+
+    return build
 
 
 def mapper(node: Node) -> object:

@@ -121,7 +121,7 @@ def test_nothing_dropped_and_nothing_woken_late_is_the_whole_belief(seed: int) -
         walk.go()
         walk.look(0.0)
         share, whole = walk.share(walk.focused), walk.share(walk.whole)
-        assert share == pytest.approx(whole, rel=2e-5, abs=1e-12)
+        np.testing.assert_allclose(share, whole, rtol=2e-5, atol=1e-12)
         assert walk.focused.rest_mass == 0.0
 
 

@@ -288,7 +288,7 @@ def test_what_lies_well_inside_an_area_moves_as_if_all_cells_were_worked_on(
         kernels.shift_layers(layers, where, cells)
         kernels.spread_layers(layers, where, share)
         kernels.spread_headings(layers, where, share, shifts)
-    assert inside == pytest.approx(belief, rel=1e-6, abs=1e-30)
+    np.testing.assert_allclose(inside, belief, rtol=1e-6, atol=1e-30)
 
 
 @given(arrays(np.float32, (9, 11), elements=st.floats(0.0, 1.0, width=32)), st.floats(0.01, 0.25))

@@ -89,7 +89,7 @@ def test_an_effective_deployment_keeps_the_folder_it_came_from(tmp_path: Path) -
         ("robot: [", "not valid YAML"),
         ("robot: a\n\tb: c", "not valid YAML"),
         ("a: 2026-99-99", "not valid YAML"),
-        ("[" * 1500, "not valid YAML"),
+        ("[" * 700, "not valid YAML"),
         ("robot: !!python/object/apply:os.getcwd []", "not valid YAML"),
         ("robots: demo", "robots: Extra inputs are not permitted"),
         ("robot: Big Robot", "robot: String should match"),
