@@ -78,24 +78,22 @@ def shift_levels(
 def weigh_ranges(belief: Belief, area: Area, prior: Prior, echoes: Echoes) -> Runs:
     """Multiply the prior by each beam's likelihood of the expected range (eq. 14)."""
     runs = no_runs(len(area.runs))
-    factors = np.ones(belief.shape[2], np.float32)
+    factors = np.empty(belief.shape[2], np.float32)
     n = echoes.directions.shape[1]
     for k in range(len(belief)):
         clear(belief[k], area.gaps)
         gain_floor, of_beams = prior_of(prior, k), echoes.likelihoods[k]
         for i in range(area.starts[k], area.starts[k + 1]):
             row, first, last = area.runs[i]
-            run, mask = belief[k, row, first:last], area.mask[row, first:last]
-            fit = factors[: last - first]
+            run, fit = belief[k, row, first:last], area.mask[row, first:last]
             if n > 4:
-                fit[:] = np.float32(1.0)
+                factors[: last - first] = fit
+                fit = factors[: last - first]
             for b in range(0, n - 4, 4):
                 seen = _levels(echoes, echoes.directions[k, b : b + 4], row, first, last)
                 _fit_four(fit, seen, of_beams[b : b + 4])
             seen = _levels(echoes, echoes.directions[k, n - 4 :], row, first, last)
-            runs.mass[i], runs.peak[i] = _apply_four(
-                run, (mask, fit), seen, of_beams[n - 4 :], gain_floor
-            )
+            runs.mass[i], runs.peak[i] = _apply_four(run, fit, seen, of_beams[n - 4 :], gain_floor)
     return runs
 
 
@@ -123,19 +121,18 @@ def _fit_four(fit: NDArray[np.float32], seen: Four, likelihoods: NDArray[np.floa
 @reduction
 def _apply_four(
     run: NDArray[np.float32],
-    mask_fit: tuple[NDArray[np.float32], NDArray[np.float32]],
+    fit: NDArray[np.float32],
     seen: Four,
     likelihoods: NDArray[np.float32],
     gain_floor: tuple[np.float32, np.float32],
 ) -> tuple[float, np.float32]:
     gain, floor = gain_floor
-    mask, fit = mask_fit
     one, two, three, four = seen
     of_one, of_two = likelihoods[0], likelihoods[1]
     of_three, of_four = likelihoods[2], likelihoods[3]
     mass, peak = np.float32(0.0), np.float32(0.0)
     for i in range(len(run)):
-        value = (run[i] * gain + floor) * (mask[i] * fit[i])
+        value = (run[i] * gain + floor) * fit[i]
         value *= of_one[one[i]] * of_two[two[i]] * (of_three[three[i]] * of_four[four[i]])
         run[i] = value
         mass += value
