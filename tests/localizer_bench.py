@@ -109,17 +109,17 @@ class Bench:
         self.put_map()
         self.describe()
 
-    def say_odometry(self) -> None:
-        self.put(
-            "odometry",
-            Odometry(
-                stamp_ns=self.clock.now_ns(),
-                frame_id="odom",
-                pose=pose2(self.odom),
-                twist=Twist2(vx=0.0, vy=0.0, omega=0.0),
-                covariance=np.eye(3),
-            ),
+    def odometry(self) -> Odometry:
+        return Odometry(
+            stamp_ns=self.clock.now_ns(),
+            frame_id="odom",
+            pose=pose2(self.odom),
+            twist=Twist2(vx=0.0, vy=0.0, omega=0.0),
+            covariance=np.eye(3),
         )
+
+    def say_odometry(self) -> None:
+        self.put("odometry", self.odometry())
 
     def scan(self) -> LaserScan:
         ranges = cast_scan(self.world, se2.compose(self.pose, LASER), BEARINGS, RANGE_MAX)

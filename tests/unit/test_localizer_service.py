@@ -14,7 +14,9 @@ from pilotage.bus.node import Node
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.localizer.config import LocalizerSettings
+from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.markov_localizer import MarkovLocalizer
+from pilotage.localizer.measurement import Measurement
 from pilotage.localizer.storage import MEMORY_FILE
 from pilotage.mapper.service import grid_message
 from pilotage_schemas.commands import Done, Nothing, SetAlgorithm, SetPose
@@ -85,6 +87,30 @@ def test_poses_come_at_ten_hertz_however_fast_the_odometry_is(bench: Bench) -> N
         bench.clock.advance(0.02)
         bench.say_odometry()
     assert 17 <= len(bench.poses) <= 21
+
+
+def test_after_long_work_only_the_newest_pose_is_told(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.begin()
+    bench.drive_round()
+    method = bench.method
+    update = method.update
+
+    def slow(stamp_ns: int, odom_from_base: np.ndarray, measurement: Measurement) -> Estimate:
+        """Meanwhile odometry goes on."""
+        for _ in range(20):
+            bench.clock.advance(0.02)
+            bench.robot.publisher("odometry").publish(bench.odometry())
+        return update(stamp_ns, odom_from_base, measurement)
+
+    bench.clock.advance(1.0)
+    bench.say_odometry()
+    before_ns, before = bench.clock.now_ns(), len(bench.poses)
+    monkeypatch.setattr(method, "update", slow)
+    bench.put("scan", bench.scan())
+    assert bench.poses[before - 1].stamp_ns == before_ns, "told before the work begins"
+    assert [pose.stamp_ns for pose in bench.poses[before:]] == [bench.clock.now_ns()]
 
 
 def test_a_kidnapped_robot_is_found_again_and_never_called_localized_elsewhere(

@@ -235,6 +235,16 @@ def test_timers_run_between_messages_that_keep_coming(bench: Bench) -> None:
     assert calls == ["scan", "scan", "timer", "scan", "timer", "scan"]
 
 
+def test_a_node_is_idle_once_all_that_had_come_is_handled(bench: Bench) -> None:
+    calls: list[str] = []
+    bench.mapper.subscribe("scan", lambda _: calls.append("scan"))
+    bench.mapper.when_idle(lambda: calls.append("idle"))
+    for number in range(3):
+        bench.robot.publisher("scan").publish(scan(bench.clock.now_ns() + number))
+    bench.mapper.step()
+    assert calls == ["scan", "scan", "scan", "idle"]
+
+
 def test_presence_is_watched_by_name(bench: Bench) -> None:
     seen: list[tuple[str, bool]] = []
     bench.mapper.watch_presence(lambda service, present: seen.append((service, present)))

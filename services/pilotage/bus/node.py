@@ -74,6 +74,7 @@ class Node:
         self._calls = Calls(Inbox(CALL_DEPTH))
         self._sources: list[Source] = [self._calls]
         self._timers: list[Timer] = []
+        self._when_idle: list[Callable[[], None]] = []
         self._publishers: dict[str, Publisher[Any]] = {}
         self._warned: dict[str, float] = {}
         self._wake = Wake()
@@ -159,6 +160,13 @@ class Node:
         """Call `handler` every `period` seconds, from now on."""
         self._timers.append(Timer(period, handler, self.clock.monotonic() + period))
 
+    def when_idle(self, handler: Callable[[], None]) -> None:
+        """Call `handler` whenever all that had come has been handled.
+
+        The place for what is worth saying only of the newest: after long work much has come.
+        """
+        self._when_idle.append(handler)
+
     def watch_presence(self, handler: Callable[[str, bool], None]) -> None:
         """Tell `handler(service, is_present)` of every service that comes or goes."""
 
@@ -193,6 +201,8 @@ class Node:
         while not self._stopping and self._handle_oldest():
             self._run_due_timers()
         self._run_due_timers()
+        for handler in self._when_idle:
+            handler()
         now = self.clock.monotonic()
         return max(0.0, min((timer.due - now for timer in self._timers), default=HEARTBEAT_S))
 

@@ -57,6 +57,7 @@ class LocalizerService:
         self._at = Localization(self._setup, kept, usual, rng)
         self._odometry = OdometryBuffer()
         self._newest: OdometrySample | None = None
+        self._unsaid: OdometrySample | None = None
         self._compass = CompassMemory()
         self._mounts: dict[str, NDArray[np.float64]] = {}
         self._waiting: tuple[int, Measurement] | None = None
@@ -67,6 +68,7 @@ class LocalizerService:
         node.subscribe("description", self.take_description)
         node.subscribe("odometry", self.take_odometry, depth=64)
         self._subscribe_sensors()
+        node.when_idle(self._send_pose)
         Queries(node, self._at, self._send_belief_now, lambda: self._at.save_known(self._newest))
         MapChoice(node, self._at, self._begin_on)
 
@@ -79,11 +81,11 @@ class LocalizerService:
         now = OdometrySample(odometry.seq, odometry.stamp_ns, pose_array(odometry.pose))
         self._notice_restart(now)
         self._odometry.append(now.stamp_ns, now.pose)
+        self._unsaid = now
         if self._waiting is not None:
             self._weigh(*self._waiting)
         elif 0 < self._weighed_ns < now.stamp_ns - BLIND_NS:
             self._weigh(now.stamp_ns, Measurement())
-        self._send_pose(now)
 
     def take_scan(self, scan: LaserScan) -> None:
         """Weigh a laser scan; without the laser's mount it cannot be placed."""
@@ -150,6 +152,8 @@ class LocalizerService:
             self._waiting = (stamp_ns, measurement)
             return
         if method.wants(stamp_ns, odom, measurement):
+            # An update of a whole belief takes a while, and what comes in next may bring another.
+            self._send_pose()
             compass = self._compass.at(stamp_ns, float(odom[2]))
             method.update(stamp_ns, odom, measurement.with_compass(compass))
             self._weighed_ns = stamp_ns
@@ -202,9 +206,13 @@ class LocalizerService:
             self._at.method.restart_odometry()
         return False
 
-    def _send_pose(self, now: OdometrySample) -> None:
+    def _send_pose(self) -> None:
+        """Publish the pose at the newest odometry, if that is due."""
+        now, self._unsaid = self._unsaid, None
         method = self._at.method
-        if method is not None and self._is_due("pose", now.stamp_ns, POSE_PERIOD_NS):
+        if now is None or method is None:
+            return
+        if self._is_due("pose", now.stamp_ns, POSE_PERIOD_NS):
             pose = method.pose_at(now.pose)
             self._pose.publish(pose_message(method.estimate, pose, now.stamp_ns))
 
