@@ -20,8 +20,8 @@ def reckoned(
 
 
 def ends(steps: list[tuple[float, float]]) -> NDArray[np.float64]:
-    """Where 300 robots of the default kind believe to be."""
-    return np.array([reckoned(WheelOdometryParams(), steps, seed).pose for seed in range(300)])
+    """Where 150 robots of the default kind believe to be."""
+    return np.array([reckoned(WheelOdometryParams(), steps, seed).pose for seed in range(150)])
 
 
 def test_without_errors_it_is_where_the_wheels_have_led_it() -> None:
