@@ -5,9 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.core.jit import kernel, reduction
+from pilotage.core.jit import kernel
 from pilotage.localizer.kernels.areas import Area, Prior, Runs
 from pilotage.localizer.kernels.priors import clear, no_runs, prior_of
+from pilotage.localizer.kernels.summing import sum_and_peak
 
 Belief = NDArray[np.float32]
 """(headings, rows, cols), one layer per heading."""
@@ -93,7 +94,8 @@ def weigh_ranges(belief: Belief, area: Area, prior: Prior, echoes: Echoes) -> Ru
                 seen = _levels(echoes, echoes.directions[k, b : b + 4], row, first, last)
                 _fit_four(fit, seen, of_beams[b : b + 4])
             seen = _levels(echoes, echoes.directions[k, n - 4 :], row, first, last)
-            runs.mass[i], runs.peak[i] = _apply_four(run, fit, seen, of_beams[n - 4 :], gain_floor)
+            _apply_four(run, fit, seen, of_beams[n - 4 :], gain_floor)
+            runs.mass[i], runs.peak[i] = sum_and_peak(run)
     return runs
 
 
@@ -118,23 +120,18 @@ def _fit_four(fit: NDArray[np.float32], seen: Four, likelihoods: NDArray[np.floa
         fit[i] *= of_one[one[i]] * of_two[two[i]] * (of_three[three[i]] * of_four[four[i]])
 
 
-@reduction
+@kernel
 def _apply_four(
     run: NDArray[np.float32],
     fit: NDArray[np.float32],
     seen: Four,
     likelihoods: NDArray[np.float32],
     gain_floor: tuple[np.float32, np.float32],
-) -> tuple[float, np.float32]:
+) -> None:
     gain, floor = gain_floor
     one, two, three, four = seen
     of_one, of_two = likelihoods[0], likelihoods[1]
     of_three, of_four = likelihoods[2], likelihoods[3]
-    mass, peak = np.float32(0.0), np.float32(0.0)
     for i in range(len(run)):
         value = (run[i] * gain + floor) * fit[i]
-        value *= of_one[one[i]] * of_two[two[i]] * (of_three[three[i]] * of_four[four[i]])
-        run[i] = value
-        mass += value
-        peak = max(peak, value)
-    return float(mass), peak
+        run[i] = value * of_one[one[i]] * of_two[two[i]] * (of_three[three[i]] * of_four[four[i]])

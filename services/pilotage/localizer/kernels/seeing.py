@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.core.jit import kernel, reduction
+from pilotage.core.jit import kernel
 from pilotage.localizer.kernels.areas import Area, Runs
 from pilotage.localizer.kernels.summing import sum_and_peak
 
@@ -71,22 +71,18 @@ def _weigh_sight(
         if highest > sight.least:
             count = through[: len(piece)]
             _count_through(count, sight, k, row, start)
-            part, highest = _apply_count(piece, count, sight.likelihood)
+            _apply_count(piece, count, sight.likelihood)
+            part, highest = sum_and_peak(piece)
         mass, peak = mass + part, max(peak, highest)
     return mass, peak
 
 
-@reduction
+@kernel
 def _apply_count(
     run: NDArray[np.float32], count: NDArray[np.uint8], likelihood: NDArray[np.float32]
-) -> tuple[float, np.float32]:
-    mass, peak = np.float32(0.0), np.float32(0.0)
+) -> None:
     for i in range(len(run)):
-        value = run[i] * likelihood[count[i]]
-        run[i] = value
-        mass += value
-        peak = max(peak, value)
-    return float(mass), peak
+        run[i] *= likelihood[count[i]]
 
 
 @kernel

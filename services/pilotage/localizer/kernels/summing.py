@@ -27,11 +27,14 @@ def sum_runs(belief: Belief, area: Area) -> Runs:
 @reduction
 def sum_and_peak(run: NDArray[np.float32]) -> tuple[float, np.float32]:
     """Return the sum and the maximum of a run (n,)."""
-    mass, peak = np.float32(0.0), np.float32(0.0)
-    for value in run:
-        mass += value
-        peak = max(peak, value)
-    return float(mass), peak
+    # A belief is never negative, and such floats rise as their bits do, which the compiler can
+    # compare many at a time; of floats it will not (three times slower, as is `for value in run`).
+    bits, mass, most = run.view(np.int32), np.float32(0.0), np.int32(0)
+    for i in range(len(run)):
+        mass += run[i]
+        most = max(most, bits[i])
+    peak = np.int32(most)
+    return float(mass), peak.view(np.float32)
 
 
 @kernel
