@@ -6,7 +6,7 @@ Each reads and writes the belief once: prior, likelihood and the sums of the res
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.core.jit import kernel
+from pilotage.core.jit import kernel, reduction
 from pilotage.localizer.kernels.areas import Area, Prior, Runs
 from pilotage.localizer.kernels.costs import Scan, padded, sum_costs
 from pilotage.localizer.kernels.priors import clear, no_runs, prior_of
@@ -44,8 +44,7 @@ def weigh_scan(belief: Belief, area: Area, prior: Prior, scan: Scan) -> Runs:
             run, mask = belief[k, row, first:last], area.mask[row, first:last]
             costs = total[: padded(last - first)]
             sum_costs(costs, scan.starts[k], scan.costs, row * scan.width + first)
-            _apply_costs(run, mask, costs, scan.likelihood, gain_floor)
-            runs.mass[i], runs.peak[i] = sum_and_peak(run)
+            runs.mass[i], runs.peak[i] = _apply_costs(run, mask, costs, scan.likelihood, gain_floor)
     return runs
 
 
@@ -60,14 +59,20 @@ def _apply(
         run[i] = (run[i] * gain + floor) * mask[i]
 
 
-@kernel
+@reduction
 def _apply_costs(
     run: NDArray[np.float32],
     mask: NDArray[np.float32],
     costs: NDArray[np.uint16],
     likelihood: NDArray[np.float32],
     gain_floor: tuple[np.float32, np.float32],
-) -> None:
+) -> tuple[float, np.float32]:
+    """Weigh a run, and sum it up at once: where every state looks something up, that is faster."""
     gain, floor = gain_floor
+    mass, peak = np.float32(0.0), np.float32(0.0)
     for i in range(len(run)):
-        run[i] = (run[i] * gain + floor) * mask[i] * likelihood[costs[i]]
+        value = (run[i] * gain + floor) * mask[i] * likelihood[costs[i]]
+        run[i] = value
+        mass += value
+        peak = max(peak, value)
+    return float(mass), peak
