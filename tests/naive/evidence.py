@@ -156,7 +156,7 @@ def kind_of(
         return SHORT
     if met >= length - scales.tolerance:
         return MET
-    if is_at_wall and not comes_out(distance, origin, met, length):
+    if is_at_wall and not leaves(distance, origin, (met, length), scales.graze):
         return MET
     if any(
         first_obstacle(distance, ray, length) >= length - scales.tolerance
@@ -166,11 +166,15 @@ def kind_of(
     return GONE_THROUGH
 
 
-def comes_out(distance: Field, origin: Array, met: float, length: float) -> bool:
-    """Whether a ray is a cell or more from any wall again between where it met one and its end."""
-    ways = met + kernels.LEAST_STEP * np.arange(math.ceil((length - met) / kernels.LEAST_STEP))
-    near = [distance_at(distance, *along(origin, way)) for way in ways]
-    return any(there is not None and there >= 1.0 for there in near)
+def leaves(distance: Field, origin: Array, between: tuple[float, float], graze: float) -> bool:
+    """Whether a ray gets `graze` away from all walls between where it met one and its end."""
+    way, length = between
+    while way < length:
+        there = distance_at(distance, *along(origin, way))
+        if there is None or abs(there) >= graze:
+            return True
+        way += max(graze - abs(there), kernels.LEAST_STEP)
+    return False
 
 
 def rays_beside(origin: Array, scales: kernels.Scales) -> list[Array]:

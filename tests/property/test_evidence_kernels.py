@@ -16,7 +16,7 @@ from pilotage.localizer.peaks import find_peaks, summits
 Array = NDArray[np.float64]
 seeds = st.integers(0, 2**32 - 1)
 
-SCALES = kernels.Scales(np.array([0.5, 1.0, 2.0, 4.0]), 3.0, 1.0, 2.5, 3.5, 0.2)
+SCALES = kernels.Scales(np.array([0.5, 1.0, 2.0, 4.0]), 3.0, 1.0, 3.0, 2.5, 3.5, 0.2)
 """Those of cells of 0.10 m."""
 
 

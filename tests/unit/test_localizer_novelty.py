@@ -85,6 +85,13 @@ def test_beams_without_a_return_are_known_by_where_they_point() -> None:
     assert surfaces.novelty(HERE, beams(3.0)) == pytest.approx(1.0), "no wall was met there"
 
 
+def test_beams_without_a_return_are_as_new_as_the_others_of_their_scan() -> None:
+    """Nothing is known of what they saw, and the open moves on with the robot."""
+    some = [2.1, 2.1, 6.0, math.inf, 2.1, math.inf, 9.0, 2.1]
+    novelty = seen(1).novelty(HERE, beams(some))
+    assert novelty[[3, 5]] == pytest.approx((4 * 0.25 + 2 * 1.0) / 6)
+
+
 def test_surfaces_are_new_again_once_they_are_forgotten() -> None:
     surfaces = seen(1)
     for _ in range(REMEMBERED - 1):

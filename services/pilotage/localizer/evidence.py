@@ -30,7 +30,7 @@ USUAL_CELL = 0.1
 WEIGHTS = np.array(
     [
         # < 0.05, < 0.1, < 0.2, < 0.4, more [m] from an obstacle
-        [-2.0, -1.9, -1.8, -1.4, -0.9],  # went through an obstacle
+        [-1.0, -1.0, -1.2, -1.2, -0.9],  # went through an obstacle
         [0.5, 0.2, -1.2, -0.6, 0.0],  # met it
         [0.8, 0.1, -1.0, -0.5, 0.0],  # fell short of it
     ]
@@ -40,11 +40,17 @@ WEIGHTS = np.array(
 SILENT_WEIGHTS = np.array([-1.8, 0.3])
 """Weight [nat] of a beam that met nothing: where something is within reach, and where not."""
 
+SILENT_REACH = 6.0
+"""Farther away [m] things may well send nothing back: dark ones, and walls met at a slant."""
+
 TOLERANCE = 0.3
 """A beam that ends within this distance [m] of the first obstacle on its way has met it."""
 
-BESIDE = 0.1
-"""A beam that passes an obstacle at this distance [m], or at a cell's, may have missed it."""
+BESIDE, CELLS_BESIDE = 0.1, 2.0
+"""A beam that passes an obstacle at this distance [m], or of so many cells, may have missed it."""
+
+GRAZE = 0.3
+"""A beam that stays this near [m] to walls beyond the first one that it meets runs along it."""
 
 EVIDENCE_BEAMS = 90
 """Beams that are weighed; neighbours of theirs would say the same."""
@@ -111,7 +117,8 @@ def _scales(cell: float) -> Scales:
     return Scales(
         limits=END_LIMITS * max(1.0, cell / USUAL_CELL) / cell,
         tolerance=TOLERANCE / cell,
-        beside=max(BESIDE, cell) / cell,
+        beside=max(BESIDE, CELLS_BESIDE * cell) / cell,
+        graze=GRAZE / cell,
         pull=PULL / cell,
         moved=MOST_MOVED / cell,
         turned=MOST_TURNED,
@@ -122,7 +129,8 @@ def _in_cells(beams: Beams, novelty: NDArray[np.float64], cell: float) -> Scan:
     """Return a scan as the kernels take it, lengths in cells of `cell` m."""
     chosen = chosen_beams(beams)
     silent = ~np.isfinite(chosen.ranges)
-    lengths = np.where(silent, beams.range_max, chosen.ranges) / cell
+    reach = min(beams.range_max, SILENT_REACH)
+    lengths = np.where(silent, reach, chosen.ranges) / cell
     rays = np.column_stack([chosen.bearings, lengths, silent.astype(float), novelty])
     mount = np.asarray(beams.base_from_laser, float) / np.array([cell, cell, 1.0])
     return Scan(ends_in_base(beams) / cell, rays, mount)

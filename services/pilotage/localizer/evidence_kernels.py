@@ -58,13 +58,15 @@ class Scan(NamedTuple):
 class Scales(NamedTuple):
     """`limits`: (4,) classes of an end's distance from an obstacle; `tolerance` of a range.
 
-    `beside`: how far beside a beam it may pass an obstacle; `pull`: scale of an obstacle's pull;
+    `beside`: how far beside a beam it may pass an obstacle; `graze`: how near it runs along one;
+    `pull`: scale of an obstacle's pull;
     `moved`, `turned`: how far a pose may be refined.
     """
 
     limits: NDArray[np.float64]
     tolerance: float
     beside: float
+    graze: float
     pull: float
     moved: float
     turned: float
@@ -266,7 +268,7 @@ def _met(
         return SHORT, place
     if met >= length - scales.tolerance:
         return MET, place
-    if place < 3 and not _comes_out(distance, origin, met, length):
+    if place < 3 and not _leaves(distance, origin, met, length, scales.graze):
         return MET, place
     if _passes_beside(distance, origin, length, scales):
         return MET, place
@@ -274,20 +276,25 @@ def _met(
 
 
 @kernel
-def _comes_out(
-    distance: NDArray[np.float32], origin: NDArray[np.float64], met: float, length: float
+def _leaves(
+    distance: NDArray[np.float32],
+    origin: NDArray[np.float64],
+    met: float,
+    length: float,
+    graze: float,
 ) -> bool:
-    """Say whether a ray that met a wall at `met` comes out of it again before its end.
+    """Say whether a ray that met a wall at `met` gets away from all walls again before its end.
 
-    Many maps draw walls thicker than they are; a beam that ends within one has met it.
+    Many maps draw walls thicker than they are, or not quite straight: a beam that ends within one,
+    or that grazes along it, has met it.
     """
     cos, sin = np.cos(origin[2]), np.sin(origin[2])
     travelled = met
     while travelled < length:
         near = distance_at(distance, origin[0] + travelled * cos, origin[1] + travelled * sin)
-        if near >= 1.0:
+        if abs(near) >= graze:
             return True
-        travelled += LEAST_STEP
+        travelled += max(graze - abs(near), LEAST_STEP)
     return False
 
 
@@ -317,6 +324,6 @@ def warm_up() -> None:
     """Compile the kernels for the types they meet in service."""
     distance = np.ones((4, 4), np.float32)
     scan = Scan(np.ones((1, 2)), np.ones((1, 4)), np.zeros(3))
-    scales = Scales(np.ones(4), 1.0, 1.0, 1.0, 1.0, 1.0)
+    scales = Scales(np.ones(4), 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     weigh_poses(distance, np.ones((1, 3)), scan, scales, Weights(np.ones((3, 5)), np.ones(2)))
     normal_equations(distance, np.ones(3), np.ones((1, 2)), 1.0)

@@ -36,7 +36,11 @@ class SeenSurfaces:
     def novelty(self, odom_from_base: NDArray[np.float64], beams: Beams) -> NDArray[np.float64]:
         """Return how new (n,) each beam of a scan is, 0 to 1."""
         counts = [self._seen.get(key, 0) for key in _pieces(odom_from_base, beams)]
-        return 1.0 / (1.0 + np.array(counts, float)) ** 2
+        novelty = 1.0 / (1.0 + np.array(counts, float)) ** 2
+        silent = ~np.isfinite(beams.ranges)
+        if not silent.all():
+            novelty[silent] = novelty[~silent].mean()
+        return novelty
 
     def keep(self, odom_from_base: NDArray[np.float64], beams: Beams) -> None:
         """Take a scan's surfaces as seen once more."""
