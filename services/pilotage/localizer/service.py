@@ -61,7 +61,7 @@ class LocalizerService:
         self._compass = CompassMemory()
         self._mounts: dict[str, NDArray[np.float64]] = {}
         self._waiting: tuple[int, Measurement] | None = None
-        self._weighed_ns = 0
+        self._weighed_ns = self._awake_ns = 0
         self._sent_ns = {"pose": 0, "belief": 0, "memory": 0}
         self._pose = node.publisher("pose")
         self._belief = node.publisher("belief")
@@ -84,8 +84,14 @@ class LocalizerService:
         self._unsaid = now
         if self._waiting is not None:
             self._weigh(*self._waiting)
-        elif 0 < self._weighed_ns < now.stamp_ns - BLIND_NS:
+        elif self._is_blind(now.stamp_ns):
             self._weigh(now.stamp_ns, Measurement())
+
+    def _is_blind(self, now_ns: int) -> bool:
+        """Say whether sensors have been silent for long, an earlier run's time not counted."""
+        self._awake_ns = self._awake_ns or now_ns
+        since = max(self._weighed_ns, self._awake_ns)
+        return self._weighed_ns > 0 and since < now_ns - BLIND_NS
 
     def take_scan(self, scan: LaserScan) -> None:
         """Weigh a laser scan; without the laser's mount it cannot be placed."""
