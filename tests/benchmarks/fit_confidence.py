@@ -3,9 +3,9 @@
     PYTHONPATH=tests .venv/bin/python tests/benchmarks/fit_confidence.py [RUNS] [MAP ...]
 
 Simulated tracks of 60 scans through the maps of ../shared/datasets/maps (or PILOTAGE_DATA), clean,
-hard, badly drawn, extreme, kidnapped, and through a building other than the mapped one. Logistic
-regression; printed are the weights, and the calibration error on each map when the weights come
-from all others.
+hard, badly drawn, extreme, kidnapped, and through a building other than the mapped one, whose scans
+count half. Logistic regression; printed are the weights, and the calibration error on each map when
+the weights come from all others.
 """
 
 import sys
@@ -26,14 +26,17 @@ CASES += [("hard", KIDNAPPED)]
 ELSEWHERE = ("clean", "hard")
 RIDGE = 1e-2
 
-Signed = tuple[NDArray[np.float64], NDArray[np.float64]]
+COUNTS_ELSEWHERE = 0.5
+
+Signed = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+"""Features (n, k), whether the estimate was right (n,), and how much each counts (n,)."""
 
 
 def signs_on(name: str, other: str, runs: int) -> Signed:
-    """Return features (n, k) of all scans on a map and whether the estimate was right (n,)."""
+    """Return the signs of all scans on a map and in a building that is not on it."""
     world, elsewhere = world_of(name), world_of(other)
     localizer = MarkovLocalizer(world, MarkovParams())
-    rows, right = [], []
+    rows, right, counts = [], [], []
     for seed in range(runs):
         tracks = [
             (simulated_track(world, CONDITIONS[case], lengths, 7919 * seed + 3), True)
@@ -47,24 +50,25 @@ def signs_on(name: str, other: str, runs: int) -> Signed:
                 if signs is not None:
                     rows.append(features(signs))
                     right.append(was_right and is_mapped)
-    return np.array(rows), np.array(right, float)
+                    counts.append(1.0 if is_mapped else COUNTS_ELSEWHERE)
+    return np.array(rows), np.array(right, float), np.array(counts)
 
 
 def regression(signed: list[Signed]) -> NDArray[np.float64]:
     """Return bias and weights (k + 1,): Newton's method on the log-likelihood, with a ridge."""
-    x = np.concatenate([np.column_stack([np.ones(len(f)), f]) for f, _ in signed])
-    y = np.concatenate([right for _, right in signed])
+    x = np.concatenate([np.column_stack([np.ones(len(f)), f]) for f, _, _ in signed])
+    y, counts = (np.concatenate([part[index] for part in signed]) for index in (1, 2))
     weights = np.zeros(x.shape[1])
     for _ in range(40):
         p = 1.0 / (1.0 + np.exp(-x @ weights))
-        curvature = (x * (p * (1.0 - p))[:, None]).T @ x + RIDGE * np.eye(len(weights))
-        weights += np.linalg.solve(curvature, x.T @ (y - p) - RIDGE * weights)
+        curvature = (x * (counts * p * (1.0 - p))[:, None]).T @ x + RIDGE * np.eye(len(weights))
+        weights += np.linalg.solve(curvature, x.T @ (counts * (y - p)) - RIDGE * weights)
     return weights
 
 
 def calibration_error(signed: Signed, weights: NDArray[np.float64]) -> float:
     """Return the expected calibration error over ten bins."""
-    rows, right = signed
+    rows, right, _ = signed
     said = 1.0 / (1.0 + np.exp(-weights[0] - rows @ weights[1:]))
     bins = np.minimum((10.0 * said).astype(int), 9)
     chosen = [bins == index for index in range(10)]

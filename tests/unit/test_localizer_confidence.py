@@ -8,26 +8,28 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pilotage.localizer.confidence import (
-    DISSENT,
-    FAR_AHEAD,
-    LEAST_MASS,
+    BETTER_COUNTS,
+    HISTORY,
+    HISTORY_COUNTS,
     MOST_AHEAD,
     MOST_SUPPORT,
     ODDS_COUNT,
+    RIVALLED,
     Signs,
     confidence_of,
     features,
 )
 from pilotage.localizer.verdict import VerdictParams
 
-SURE = Signs(ahead=8.0, support=0.35, mass=0.95)
-DOUBTFUL = Signs(ahead=1.0, support=0.05, mass=0.1)
+SURE = Signs(ahead=8.0, support=0.35, mass=0.95, better=0.2)
+DOUBTFUL = Signs(ahead=1.0, support=0.05, mass=0.1, better=0.2)
 
 SIGNS = st.builds(
     Signs,
     ahead=st.floats(-30.0, 30.0),
     support=st.floats(-2.0, 0.8),
     mass=st.floats(0.0, 1.0),
+    better=st.floats(-1.0, 1.0),
 )
 MORE = st.floats(0.0, 10.0)
 
@@ -37,7 +39,7 @@ def test_confidence_is_a_probability(signs: Signs) -> None:
     assert 0.0 <= confidence_of(signs) <= 1.0
 
 
-@given(SIGNS, st.sampled_from(["ahead", "support", "mass"]), MORE)
+@given(SIGNS, st.sampled_from(["ahead", "support", "mass", "better"]), MORE)
 def test_more_of_any_sign_never_makes_less_sure(signs: Signs, name: str, more: float) -> None:
     better = replace(signs, **{name: getattr(signs, name) + more})
     assert confidence_of(better) >= confidence_of(signs)
@@ -63,8 +65,9 @@ def test_a_place_of_which_all_speaks_well_is_localized_and_a_doubtful_one_is_not
 
 
 def test_a_place_where_the_belief_is_not_and_the_scans_hardly_fit_is_doubted() -> None:
-    """However far it is ahead of the other places that are followed."""
-    assert confidence_of(Signs(ahead=12.0, support=-0.15, mass=0.0)) < VerdictParams().stay
+    """Though it is far ahead of the other places that are followed."""
+    poor = Signs(ahead=9.0, support=-0.15, mass=0.0, better=0.2)
+    assert confidence_of(poor) < 0.8
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
@@ -85,21 +88,14 @@ def test_the_odds_of_a_place_are_never_more_than_a_power_of_those_against_all_ot
     assert confidence_of(signs) <= 1.0 / (1.0 + math.exp(-ODDS_COUNT * signs.ahead)) + 1e-12
 
 
-@given(SIGNS, st.floats(1e-3, 0.999))
-def test_the_odds_of_a_place_are_held_down_by_its_share_of_the_belief(
-    signs: Signs, mass: float
-) -> None:
-    far = max(0.0, signs.ahead - FAR_AHEAD)
-    odds = math.exp(DISSENT + far / 2.0) * mass / (1.0 - mass)
-    assert confidence_of(replace(signs, mass=mass)) <= odds / (1.0 + odds) + 1e-12
+@given(SIGNS)
+def test_a_place_is_doubted_as_far_as_another_fits_as_well(signs: Signs) -> None:
+    past = HISTORY_COUNTS * max(0.0, signs.ahead - HISTORY)
+    limit = max(BETTER_COUNTS * signs.better + past, RIVALLED)
+    assert confidence_of(signs) <= 1.0 / (1.0 + math.exp(-limit)) + 1e-12
 
 
-@pytest.mark.parametrize("mass", [0.0, LEAST_MASS])
-def test_where_the_belief_holds_nothing_a_place_must_be_far_ahead_of_all_others(
-    mass: float,
-) -> None:
-    best = Signs(ahead=FAR_AHEAD, support=2.0 * MOST_SUPPORT, mass=mass)
-    assert 0.0 < confidence_of(best) < 0.03
-    assert confidence_of(replace(best, ahead=FAR_AHEAD + 6.0)) < 0.5
-    best = replace(best, ahead=2.0 * MOST_AHEAD)
-    assert confidence_of(replace(best, mass=1.0)) > VerdictParams().enter
+def test_where_two_places_fit_alike_only_much_evidence_of_the_past_prefers_one() -> None:
+    alike = replace(SURE, better=0.0)
+    assert confidence_of(alike) == pytest.approx(0.5)
+    assert confidence_of(replace(alike, ahead=20.0)) > VerdictParams().enter

@@ -33,6 +33,7 @@ from pilotage.localizer.measurement import (
 )
 from pilotage.localizer.modes import MODE_RADIUS, MODE_TURN, Mode
 from pilotage.localizer.motion_spread import MotionSpread
+from pilotage.localizer.verdict import VerdictParams
 
 SPREAD = MotionSpread()
 EXACT = np.diag([1e-4, 1e-4, 1e-5])
@@ -139,12 +140,12 @@ def test_a_covered_robot_that_drives_on_is_localized_only_while_that_is_likely()
     assert localizer.estimate.state == "localized"
     states, uncertain = [], [localizer.estimate.covariance[2, 2]]
     step = (0.1, 0.0, 0.3)
-    for _ in range(80):
+    for _ in range(160):
         pose, odom, stamp = se2.compose(pose, step), se2.compose(odom, step), stamp + 10**9
         now = localizer.update(stamp, odom, seen_by_laser(SILENT))
         states.append(now.state)
         uncertain.append(now.covariance[2, 2])
-        assert now.state != "localized" or within_limits(now.covariance) > 0.7
+        assert now.state != "localized" or within_limits(now.covariance) > VerdictParams().stay
     assert states[:5] == ["localized"] * 5
     assert states[-1] == "unknown"
     assert np.all(np.diff(uncertain) > 0.0)

@@ -5,7 +5,7 @@ map is never right. So what the evidence says is translated into how often such 
 was right, by logistic regression.
 """
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,17 +15,18 @@ MOST_AHEAD = 14.0
 MOST_SUPPORT = 0.25
 """Support [nat a beam] beyond which more makes no difference."""
 
-LEAST_MASS = 1e-3
-"""Mass below which less, or up to one above which more, makes no difference."""
-
 ODDS_COUNT = 0.75
 """Power of the place's odds that the confidence may follow: beams and scans are correlated."""
 
-DISSENT = 3.0
-"""Log-odds by which a place may be surer than its share of the belief ..."""
+BETTER_COUNTS = 50.0
+"""Log-odds for each [nat a beam] that the place is better supported than any other one: maps and
+doors are never quite right, so where another fits as well now ..."""
 
-FAR_AHEAD = 6.0
-"""... and by half of what it is farther ahead of all others than this [nat]."""
+HISTORY, HISTORY_COUNTS = 8.0, 0.5
+"""... it takes so much evidence [nat] of the past, of which a part counts, to prefer one."""
+
+RIVALLED = -1.7
+"""Log-odds of a place that many others fit better than, at least: it is still the likeliest."""
 
 
 @dataclass(frozen=True)
@@ -33,36 +34,36 @@ class Signs:
     """What speaks for the best place.
 
     `ahead`: log of its probability over that of all others [nat]; `support`: mean evidence of
-    what was new to see in the last scans [nat a beam]; `mass`: share of the belief there.
+    what was new to see in the last scans [nat a beam]; `mass`: share of the belief there;
+    `better`: by how much it is better supported than any other place that is followed.
     """
 
     ahead: float
     support: float
     mass: float
+    better: float
 
 
-WEIGHTS = Signs(ahead=0.375, support=14.2, mass=7.7)
-BIAS = -2.6
-"""Found by logistic regression on an earlier state of the evidence, scans in other buildings
-counting half; tests/benchmarks/fit_confidence.py finds them anew."""
+WEIGHTS = (0.43, 5.2, 1.9)
+BIAS = -1.9
+"""Found by tests/benchmarks/fit_confidence.py, scans in other buildings counting half."""
 
 
 def confidence_of(signs: Signs) -> float:
     """Return the probability that the best place is right within 0.5 m and 15 degrees.
 
     It never says more than the place's odds against all others do, of which a power counts: of
-    like ones none is certain. Nor is it high where the belief, which sees less but forgets no
-    state, holds nearly nothing.
+    like ones none is certain. Nor does it where another one fits what is seen now as well.
     """
-    log_odds = BIAS + float(np.dot(astuple(WEIGHTS), features(signs)))
-    mass = min(max(signs.mass, LEAST_MASS), 1.0 - LEAST_MASS)
-    by_mass = float(np.log(mass / (1.0 - mass))) + DISSENT
-    by_mass += max(0.0, signs.ahead - FAR_AHEAD) / 2.0
-    return float(1.0 / (1.0 + np.exp(-min(log_odds, ODDS_COUNT * signs.ahead, by_mass))))
+    log_odds = BIAS + float(np.dot(WEIGHTS, features(signs)))
+    past = HISTORY_COUNTS * max(0.0, signs.ahead - HISTORY)
+    rivalled = max(BETTER_COUNTS * signs.better + past, RIVALLED)
+    log_odds = min(log_odds, ODDS_COUNT * signs.ahead, rivalled)
+    return float(1.0 / (1.0 + np.exp(-log_odds)))
 
 
-def features(signs: Signs) -> tuple[float, ...]:
-    """Return what the regression weighs, in the order of Signs."""
+def features(signs: Signs) -> tuple[float, float, float]:
+    """Return what the regression weighs: how far ahead, how well supported, with what mass."""
     return (
         min(max(signs.ahead, -MOST_AHEAD), MOST_AHEAD),
         min(max(signs.support, -MOST_SUPPORT), MOST_SUPPORT),

@@ -30,9 +30,15 @@ CORRELATED = 0.15
 FLOOR = -25.0
 """No place falls farther below the best one [nat]: what a change of place has to make good."""
 
-LATE, LATE_IN_NEED = -20.0, -6.0
-"""What a place lacks [nat] that is proposed only after so many scans, as it was not there before;
-and while the best place is not supported either."""
+LATE, LATE_IN_NEED = -10.0, -6.0
+"""Log-probability [nat] that the robot was carried to a new place; and while the best place is not
+supported either."""
+
+HARDLY_WORSE = -0.5
+"""A place that is worse than the best by more [nat] at every look is not taken up."""
+
+IN_NEED, NEED_SCANS = -0.6, 3
+"""Evidence [nat] of so many last scans that contradicts a place."""
 
 HOPELESS = 16.0
 """A place with so much less evidence [nat] from the last scans is no longer followed ..."""
@@ -51,6 +57,9 @@ KEPT_SCANS = 12
 
 SLIPPED_WAY, SLIPPED_TURN = 1.5, 0.4
 """A place may have slipped so far [m, rad] from where the robot is."""
+
+SLIPPED = -3.0
+"""Log-probability [nat] of that: wheels do not often slip so far."""
 
 SAME_WAY, SAME_TURN = 0.3, 0.15
 """Places nearer than this [m, rad] are one."""
@@ -100,16 +109,14 @@ class Places:
     """Poses (n, 3) in map and what is known of each.
 
     `log_share` (n,): log of the probability; `recent` (n, KEPT_SCANS): evidence of the last
-    scans, newest first; `met`, `through` (n,): share of beams that usually meet, or go through,
-    what the map shows; `fit` (n,): usual mean evidence of a beam [nat]; `scans` (n,): how
-    many it was followed for.
+    scans, newest first; `met` (n,): share of beams that usually meet what the map shows;
+    `fit` (n,): usual mean evidence of a beam [nat]; `scans` (n,): how many it was followed for.
     """
 
     poses: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
     log_share: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     recent: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, KEPT_SCANS)))
     met: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    through: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     fit: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     scans: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
 
@@ -131,7 +138,6 @@ class Places:
         self.recent = np.roll(self.recent, 1, axis=1)
         self.recent[:, 0] = np.logaddexp(CORRELATED * weighed.evidence, ODD_SCAN)
         self.met = self.met + RATE * (weighed.met - self.met)
-        self.through = self.through + RATE * (weighed.through - self.through)
         self.fit = self.fit + RATE * (weighed.fit - self.fit)
         self.scans = self.scans + 1.0
 
@@ -182,13 +188,10 @@ class Hypotheses:
 
         The less there was that was new, the more counts how well all beams usually fit.
         """
-        return self._support(self.places)
+        return self.support_of(self.places)
 
-    def support_of(self, places: Places) -> float:
-        """Return the support of the first of some places."""
-        return float(self._support(places)[0])
-
-    def _support(self, places: Places) -> NDArray[np.float64]:
+    def support_of(self, places: Places) -> NDArray[np.float64]:
+        """Return the support (n,) of some places."""
         new = np.array([seen.novelty.sum() for seen in reversed(self._last)])
         recent = places.recent[:, : len(new)].sum(axis=1) / CORRELATED
         support: NDArray[np.float64] = (recent + USUAL_BEAMS * places.fit) / (
@@ -240,40 +243,55 @@ class Hypotheses:
             history.append(self._weigh(at, seen))
             at, now = history[-1].poses, seen.odom_from_base
         zeros = np.zeros(len(first.poses))
-        new = Places(first.poses, zeros, np.zeros((len(zeros), KEPT_SCANS)), *[zeros] * 4)
+        new = Places(first.poses, zeros, np.zeros((len(zeros), KEPT_SCANS)), *[zeros] * 3)
         oldest = history[-1]
-        new.met, new.through, new.fit = oldest.met, oldest.through, oldest.fit
+        new.met, new.fit = oldest.met, oldest.fit
         for weighed in reversed(history):
             new.add(weighed)
-        new.log_share = self._share_of_new(new)
+        if len(self.places):
+            better = [index for index in range(len(new)) if self._compare(new, index)]
+            new = new.chosen(np.array(better, np.int64))
+        else:
+            new.log_share = new.recent.sum(axis=1)
         self.places = self.places.with_others(new)
 
-    def _share_of_new(self, new: Places) -> NDArray[np.float64]:
-        """Return the log-probability (m,) of new places: as old ones with the same evidence."""
-        if not len(self.places):
-            alone: NDArray[np.float64] = new.recent.sum(axis=1)
-            return alone
-        return np.array(
-            [self._share_beside(*one) for one in zip(new.poses, new.recent, strict=True)]
-        )
+    def _compare(self, new: Places, index: int) -> bool:
+        """Put a new place beside the old one that it branched off from; say if it is worth it.
 
-    def _share_beside(self, pose: NDArray[np.float64], recent: NDArray[np.float64]) -> float:
-        """Return the log-probability of one new place, by the old one that it branched off from.
-
-        A place near an old one may be where that has slipped away from, along a corridor. One that
-        lies elsewhere was not there before: what was seen before the kept scans speaks
-        for the best one only.
+        The robot may have slipped or been carried there, after the scans that speak more for the
+        old place than for this one. Or it was there all along, if nothing older speaks for the old.
         """
+        old, slipped = self._branch(new.poses[index])
+        places, recent = self.places, new.recent[index]
+        count = min(len(self._last), int(places.scans[old]))
+        gains = np.cumsum(recent[:count] - places.recent[old, :count])
+        since = int(np.argmax(gains))
+        late = LATE_IN_NEED if self.is_in_need else LATE
+        gain = gains[since] + (SLIPPED if slipped else late)
+        if places.scans[old] <= len(self._last) and not slipped and gains[-1] >= gain:
+            gain = gains[-1]
+        else:
+            recent[since + 1 :] = places.recent[old, since + 1 :]
+        new.log_share[index] = places.log_share[old] + gain
+        return bool(slipped or gains[since] > HARDLY_WORSE or gain == gains[-1])
+
+    def _branch(self, pose: NDArray[np.float64]) -> tuple[int, bool]:
+        """Return which old place a new one comes from, and whether by slipping."""
         places = self.places
         near = _near(places.poses, pose, SLIPPED_WAY, SLIPPED_TURN)
-        old = int(
-            np.argmax(np.where(near, places.log_share, -np.inf) if near.any() else places.log_share)
-        )
-        count = min(len(self._last), int(places.scans[old]))
-        share = places.log_share[old] + recent[:count].sum() - places.recent[old, :count].sum()
-        if near.any() or places.scans[old] <= len(self._last):
-            return float(share)
-        return float(share + (LATE if self.support()[old] > 0.0 else LATE_IN_NEED))
+        share = np.where(near, places.log_share, -np.inf) if near.any() else places.log_share
+        return int(np.argmax(share)), bool(near.any())
+
+    @property
+    def is_in_need(self) -> bool:
+        """Whether the likeliest place is not supported, or the last scans contradict it."""
+        if not len(self.places):
+            return False
+        return self.is_contradicted(self.places) or bool(self.support()[0] <= 0.0)
+
+    def is_contradicted(self, places: Places) -> bool:
+        """Say whether the last scans contradict the first of some places."""
+        return bool(places.recent[0, :NEED_SCANS].sum() < IN_NEED)
 
     def _thin_out(self) -> None:
         """Order the places by probability; drop the hopeless and what has become one."""

@@ -42,6 +42,12 @@ SEARCHED_BELOW = 0.15
 YOUNG = 3
 """Scans for which a belief is new."""
 
+DOUBT = 0.4
+"""Confidence in a place that the last scans contradict, at most."""
+
+NO_RIVAL = 1.0
+"""By how much [nat a beam] a place is better than none."""
+
 WORSE = 0.35
 """A scan whose beams speak for the place by so much less [nat] than usual is a surprise."""
 
@@ -130,8 +136,10 @@ class Judge:
     @property
     def is_searching(self) -> bool:
         """Whether the robot may well be elsewhere than at all places that are followed."""
-        if self.estimate.state == "localized" or not len(self._hypotheses.places):
+        if not len(self._hypotheses.places):
             return False
+        if self.estimate.state == "localized":
+            return self._hypotheses.is_in_need
         return bool(self._hypotheses.support()[0] < SEARCHED_BELOW)
 
     def judge(
@@ -233,6 +241,8 @@ class Judge:
         dissents = signs.mass < LITTLE_MASS and signs.ahead > 0.0
         self._dissents = self._dissents + 1 if dissents else 0
         confidence = confidence_of(signs)
+        if self._hypotheses.is_contradicted(places):
+            confidence = min(confidence, DOUBT)
         masses = [mode.mass for mode in modes]
         state = self._verdict.judge(confidence, masses, surprise=surprise)
         self._agreeing = CONFIRMED if state == "localized" else 0
@@ -253,12 +263,16 @@ class Judge:
     ) -> Signs:
         """Return what speaks for the best place."""
         share = np.exp(places.log_share)
-        others = share[~is_within(places.poses, places.poses[0])].sum()
+        elsewhere = ~is_within(places.poses, places.poses[0])
+        others = share[elsewhere].sum()
         poses, weights = states
+        support = self._hypotheses.support_of(places)
+        rivals = support[elsewhere & (places.scans >= YOUNG)]
         return Signs(
             ahead=float(np.log(share[0]) - np.log(max(others, 1e-9))),
-            support=self._hypotheses.support_of(places),
+            support=float(support[0]),
             mass=float(weights[is_within(poses, places.poses[0])].sum()),
+            better=float(support[0] - rivals.max()) if len(rivals) else NO_RIVAL,
         )
 
     def _modes(

@@ -22,8 +22,8 @@ class VerdictParams:
     lost robot is rather on its way back.
     """
 
-    enter: float = 0.97
-    stay: float = 0.7
+    enter: float = 0.95
+    stay: float = 0.5
     earned_by: int = 2
     rival_mass: float = 0.10
     named_mass: float = 0.5
