@@ -170,7 +170,7 @@ class Judge:
             self.estimate = self._by_mass(odom_from_base, states, surprise=surprise)
         else:
             self._follow(odom_from_base, states, seen, surprise=surprise)
-            self.estimate = self._by_places(states, beams, surprise=surprise)
+            self.estimate = self._by_places(odom_from_base, states, beams, surprise=surprise)
         self._odom_from_base = odom_from_base.copy()
         self._judged += 1
         return self.estimate
@@ -225,6 +225,7 @@ class Judge:
 
     def _by_places(
         self,
+        odom_from_base: NDArray[np.float64],
         states: tuple[NDArray[np.float64], NDArray[np.float64]],
         beams: Beams,
         *,
@@ -238,6 +239,8 @@ class Judge:
         places = _with_belief(places, states)
         modes = self._modes(places, states, beams)
         signs = self._signs(places, states)
+        if self._is_held(places.poses[0], odom_from_base):
+            signs = replace(signs, better=NO_RIVAL)
         dissents = signs.mass < LITTLE_MASS and signs.ahead > 0.0
         self._dissents = self._dissents + 1 if dissents else 0
         confidence = confidence_of(signs)
@@ -250,6 +253,15 @@ class Judge:
         return Estimate(
             best.pose, best.covariance, state, confidence, modes, float(places.met[0]), signs
         )
+
+    def _is_held(self, pose: NDArray[np.float64], odom_from_base: NDArray[np.float64]) -> bool:
+        """Say whether a place is the one where the robot was localized.
+
+        It was told from its rivals then, and need not be again: a corridor may repeat itself.
+        """
+        if self.estimate.state != "localized":
+            return False
+        return bool(is_within(pose[None], self._expected(odom_from_base))[0])
 
     def _expected(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the last estimated pose (3,) moved on by odometry."""
