@@ -1,8 +1,10 @@
 """Two recorded runs through Wean Hall, from an unknown start.
 
-There is no truth to compare with: what is judged is how the scans lie on the map, and whether
-runs that begin at different points of a log end at the same place. The ends and shares are from
-runs of November 2026, with room for what rounding does to a belief.
+Nobody measured the truth. But of all ways that odometry allows, from six thousand places in the
+middle of a log forwards to its end and backwards to its beginning, one fits all scans better than
+any other, and for both logs it begins in the same doorway: those are the waypoints below. Its
+rivals are one, two and three doors farther along the corridor (6 m each) and fit nearly as well,
+but begin inside walls.
 """
 
 from dataclasses import dataclass
@@ -28,15 +30,60 @@ pytestmark = [pytest.mark.data, pytest.mark.timeout(180)]
 
 @dataclass(frozen=True)
 class Recorded:
-    """A log, every how many scans are used (so that a test is quick), and where it ends."""
+    """A log, every how many scans are used (so that a test is quick), and where it goes.
+
+    `way`: time from the first scan [s], x, y [m] and heading [rad] in the map.
+    """
 
     name: str
     every: int
-    end: tuple[float, float, float]
+    way: tuple[tuple[float, float, float, float], ...]
 
 
-ONE = Recorded("robotdata1.log.gz", 3, (39.75, 41.49, 1.29))
-THREE = Recorded("robotdata3.log.gz", 5, (33.7, 40.5, -0.09))
+ONE = Recorded(
+    "robotdata1.log.gz",
+    3,
+    (
+        (0.0, 40.0, 41.5, -1.7),
+        (10.6, 40.5, 40.1, -0.3),
+        (21.0, 44.5, 39.6, -0.1),
+        (31.4, 48.5, 39.2, -0.1),
+        (41.9, 51.6, 39.3, 2.1),
+        (52.5, 49.2, 38.9, -3.0),
+        (63.0, 45.7, 38.8, 3.1),
+        (73.4, 41.5, 39.2, 2.8),
+        (84.6, 38.3, 39.9, 3.0),
+        (95.1, 33.9, 40.3, 2.8),
+        (105.7, 32.5, 40.7, -1.8),
+        (116.2, 35.2, 40.5, 0.1),
+        (126.6, 38.6, 40.0, -0.1),
+        (134.8, 39.7, 41.1, 1.3),
+    ),
+)
+THREE = Recorded(
+    "robotdata3.log.gz",
+    5,
+    (
+        (0.0, 40.0, 41.6, -1.7),
+        (10.6, 41.4, 39.6, -0.1),
+        (21.3, 42.8, 39.9, -1.7),
+        (32.0, 46.3, 39.4, -0.2),
+        (42.6, 46.4, 39.7, -3.1),
+        (53.3, 42.1, 39.5, 3.1),
+        (64.0, 37.9, 40.1, 2.9),
+        (74.7, 35.9, 40.1, 0.9),
+        (85.4, 33.1, 40.3, 2.8),
+        (96.0, 29.4, 41.0, -2.8),
+        (106.7, 31.3, 40.8, 0.0),
+        (117.4, 35.4, 40.1, 0.0),
+        (128.1, 39.5, 39.7, 0.0),
+        (132.3, 40.0, 39.7, 0.0),
+    ),
+)
+
+OFF_THE_WAY = 1.5
+"""Farther from the way [m] a fix is wrong: odometry leads on from waypoints that are 10 s apart,
+and it slips; the next door is 6 m off."""
 
 
 LATEST_FIX = 40
@@ -49,19 +96,9 @@ NEAR = 0.2
 
 SHORT = pytest.mark.xfail(
     strict=True,
-    reason="falls short: doors repeat every 6 m, and the room at the end has changed",
+    reason="falls short: doors repeat every 6 m, and some are open now that were shut on the map",
 )
-FIRST_SHORT = pytest.mark.parametrize(
-    "recorded", [pytest.param(ONE, marks=SHORT), THREE], ids=["robotdata1", "robotdata3"]
-)
-THIRD_SHORT = pytest.mark.parametrize(
-    "recorded", [ONE, pytest.param(THREE, marks=SHORT)], ids=["robotdata1", "robotdata3"]
-)
-BOTH_SHORT = pytest.mark.parametrize(
-    "recorded",
-    [pytest.param(ONE, marks=SHORT), pytest.param(THREE, marks=SHORT)],
-    ids=["robotdata1", "robotdata3"],
-)
+BOTH = pytest.mark.parametrize("recorded", [ONE, THREE], ids=["robotdata1", "robotdata3"])
 
 
 @cache
@@ -96,7 +133,8 @@ def folder(data_dir: Path) -> Path:
     return data_dir / "wean_hall"
 
 
-@BOTH_SHORT
+@SHORT
+@BOTH
 def test_the_robot_is_found_followed_and_stands_in_free_space(
     folder: Path, recorded: Recorded
 ) -> None:
@@ -109,12 +147,38 @@ def test_the_robot_is_found_followed_and_stands_in_free_space(
     poses = np.array([e.pose for e in estimates])[is_localized]
     rows, cols = hall(folder).geometry.cells_of(poses[:, :2]).T
     assert hall(folder).is_free[rows, cols].all()
-    away, turn = error(estimates[-1].pose, recorded.end)
+    away, _ = error(estimates[-1].pose, recorded.way[-1][1:])
     assert away < 0.4
-    assert turn < 0.1
 
 
-@THIRD_SHORT
+def off_the_way(folder: Path, recorded: Recorded, *, from_the_middle: bool) -> list[float]:
+    """How far [m] each fix lies from where odometry leads from the waypoint next in time."""
+    scans = read_log(folder / recorded.name).scans
+    stamps = np.array([scan.stamp - scans[0].stamp for scan in scans])
+    times = np.array([point[0] for point in recorded.way])
+    away = []
+    for scan, estimate in run(folder, recorded, from_the_middle=from_the_middle):
+        if estimate.estimate.state == "localized":
+            near = int(np.argmin(np.abs(times - (scan.stamp - scans[0].stamp))))
+            there = scans[int(np.argmin(np.abs(stamps - times[near])))]
+            assert there.odom_pose is not None
+            assert scan.odom_pose is not None
+            moved = se2.between(there.odom_pose, scan.odom_pose)
+            expected = se2.compose(recorded.way[near][1:], moved)
+            away.append(error(estimate.pose, expected)[0])
+    return away
+
+
+@BOTH
+def test_what_is_called_localized_is_right(folder: Path, recorded: Recorded) -> None:
+    """From the beginning and from the middle, where nothing tells the doors apart."""
+    whole = off_the_way(folder, recorded, from_the_middle=False)
+    half = off_the_way(folder, recorded, from_the_middle=True)
+    assert len(whole) > 50
+    assert max(whole + half) < OFF_THE_WAY
+
+
+@BOTH
 def test_scans_lie_on_the_walls_once_the_robot_is_localized(
     folder: Path, recorded: Recorded
 ) -> None:
@@ -135,7 +199,8 @@ def test_scans_lie_on_the_walls_once_the_robot_is_localized(
     assert np.mean(matched) >= 0.85
 
 
-@FIRST_SHORT
+@SHORT
+@BOTH
 def test_a_run_that_begins_in_the_middle_ends_at_the_same_place(
     folder: Path, recorded: Recorded
 ) -> None:
@@ -146,7 +211,8 @@ def test_a_run_that_begins_in_the_middle_ends_at_the_same_place(
     assert error(other.pose, one.pose)[0] < 0.25
 
 
-@BOTH_SHORT
+@SHORT
+@BOTH
 def test_runs_agree_wherever_both_say_that_they_are_localized(
     folder: Path, recorded: Recorded
 ) -> None:
@@ -160,7 +226,7 @@ def test_runs_agree_wherever_both_say_that_they_are_localized(
     assert max(away) < 0.25
 
 
-@pytest.mark.parametrize("recorded", [ONE, THREE], ids=["robotdata1", "robotdata3"])
+@BOTH
 def test_from_fix_to_fix_the_robot_goes_where_odometry_says(
     folder: Path, recorded: Recorded
 ) -> None:

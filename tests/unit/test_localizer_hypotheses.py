@@ -17,16 +17,13 @@ from pilotage.core.raycast import cast_scan
 from pilotage.localizer.hypotheses import (
     FLOOR,
     HOPELESS,
-    KEPT_SCANS,
     LATE,
     MOST_PLACES,
-    ODD_SCAN,
-    SAME_TURN,
-    SAME_WAY,
     Hypotheses,
 )
 from pilotage.localizer.measurement import Beams
 from pilotage.localizer.obstacles import obstacles
+from pilotage.localizer.places import KEPT_SCANS, ODD_SCAN, SAME_TURN, SAME_WAY
 
 Array = NDArray[np.float64]
 

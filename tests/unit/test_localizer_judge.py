@@ -1,6 +1,7 @@
 """From belief and scan to an estimate: alike places, compass, no laser, other buildings."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,10 +26,11 @@ from localizer_world import (
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.localizer.estimate import Estimate
-from pilotage.localizer.judge import BELIEF_COUNTS, CONFIRMED, LEAST_BEAMS, LEAST_BELIEF, Judge
+from pilotage.localizer.judge import CONFIRMED, DOUBT, LEAST_BEAMS, NO_RIVAL, Judge
 from pilotage.localizer.markov_localizer import MarkovLocalizer
 from pilotage.localizer.measurement import Measurement, Ranges, scan_measurement
 from pilotage.localizer.modes import Mode
+from pilotage.localizer.place_modes import BELIEF_COUNTS, LEAST_BELIEF
 from pilotage.localizer.verdict import VerdictParams
 
 Array = NDArray[np.float64]
@@ -374,3 +376,34 @@ def test_odometry_that_counts_anew_is_no_jump() -> None:
     estimate = judge.judge(far, cloud((WAY[7], 0.9)), look(WORLD, WAY[7]), surprise=False)
     assert estimate.state == "localized"
     assert error(estimate.pose, WAY[7])[0] < 0.05
+
+
+def test_where_a_twin_fits_as_well_neither_is_better() -> None:
+    *_, last = walked_in_the_hall(has_compass=False)[0]
+    assert last.signs is not None
+    assert last.signs.better == pytest.approx(0.0, abs=0.03)
+
+
+def test_a_place_that_a_compass_told_from_its_twin_need_not_be_told_again() -> None:
+    localizer = MarkovLocalizer(TWO_FOLD, COARSE)
+    for count, pose in enumerate(poses_along((1.5, 1.6, 0.1), [(0.25, 0.0, 0.0)] * 10)):
+        compass = (float(pose[2]), 0.1) if count < 7 else None
+        seen = look(TWO_FOLD, pose).with_compass(compass)
+        last = localizer.update((count + 1) * 10**9, pose, seen)
+    assert last.state == "localized"
+    assert last.signs is not None
+    assert last.signs.better == NO_RIVAL
+
+
+def test_a_place_that_the_last_scans_contradict_is_doubted() -> None:
+    """Beams go through its walls."""
+    judge = Judge(WORLD)
+    *_, before = judged_along(judge, WAY[:8])
+    for pose in WAY[8:10]:
+        seen = look(WORLD, pose)
+        assert seen.beams is not None
+        through = replace(seen.beams, ranges=seen.beams.ranges + 3.0)
+        after = judge.judge(pose, cloud((pose, 0.9)), replace(seen, beams=through), surprise=False)
+    assert before.confidence > 0.9
+    assert after.confidence <= DOUBT
+    assert after.state != "localized"

@@ -12,20 +12,25 @@ that it competes on equal terms.
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core import se2
-from pilotage.core.angles import wrap
 from pilotage.localizer.evidence import Weighed, chosen_beams, weigh
 from pilotage.localizer.measurement import Beams
 from pilotage.localizer.novelty import SeenSurfaces
 from pilotage.localizer.obstacles import Obstacles
-
-CORRELATED = 0.15
-"""Share of a beam's evidence that counts: its neighbours meet the same wall."""
+from pilotage.localizer.places import (
+    CORRELATED,
+    KEPT_SCANS,
+    SAME_TURN,
+    SAME_WAY,
+    Places,
+    apart_from,
+    near,
+)
 
 FLOOR = -25.0
 """No place falls farther below the best one [nat]: what a change of place has to make good."""
@@ -49,20 +54,11 @@ MOST_PLACES = 150
 MOST_NEW = 40
 """Proposed places that are held against the last scans: those that this one says most for."""
 
-ODD_SCAN = -1.5
-"""A scan speaks no louder [nat] against a place: now and then a crowd or an open door hides it."""
-
-KEPT_SCANS = 12
-"""Last scans that a new place is held against."""
-
 SLIPPED_WAY, SLIPPED_TURN = 1.5, 0.4
 """A place may have slipped so far [m, rad] from where the robot is."""
 
 SLIPPED = -3.0
 """Log-probability [nat] of that: wheels do not often slip so far."""
-
-SAME_WAY, SAME_TURN = 0.3, 0.15
-"""Places nearer than this [m, rad] are one."""
 
 USUAL_BEAMS = 100.0
 """Beams for which the usual fit stands in where little was new."""
@@ -86,10 +82,6 @@ AROUND = np.array(
 )
 """... and at these poses about them [m, rad]."""
 
-RATE = 0.25
-"""Share by which a new scan changes how well a place usually fits."""
-
-
 Witness = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """What others than the laser say of poses (n, 3): log-likelihoods (n,)."""
 
@@ -102,44 +94,6 @@ class Seen:
     beams: Beams
     novelty: NDArray[np.float64]
     witness: Witness | None
-
-
-@dataclass
-class Places:
-    """Poses (n, 3) in map and what is known of each.
-
-    `log_share` (n,): log of the probability; `recent` (n, KEPT_SCANS): evidence of the last
-    scans, newest first; `met` (n,): share of beams that usually meet what the map shows;
-    `fit` (n,): usual mean evidence of a beam [nat]; `scans` (n,): how many it was followed for.
-    """
-
-    poses: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
-    log_share: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    recent: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, KEPT_SCANS)))
-    met: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    fit: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    scans: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-
-    def __len__(self) -> int:
-        return len(self.poses)
-
-    def chosen(self, which: NDArray[np.int64]) -> "Places":
-        """Return some of the places."""
-        return Places(*(getattr(self, part.name)[which] for part in fields(self)))
-
-    def with_others(self, others: "Places") -> "Places":
-        """Return these and others."""
-        pairs = ((getattr(self, f.name), getattr(others, f.name)) for f in fields(self))
-        return Places(*(np.concatenate(pair) for pair in pairs))
-
-    def add(self, weighed: Weighed) -> None:
-        """Take in what a scan says."""
-        self.poses = weighed.poses
-        self.recent = np.roll(self.recent, 1, axis=1)
-        self.recent[:, 0] = np.logaddexp(CORRELATED * weighed.evidence, ODD_SCAN)
-        self.met = self.met + RATE * (weighed.met - self.met)
-        self.fit = self.fit + RATE * (weighed.fit - self.fit)
-        self.scans = self.scans + 1.0
 
 
 class Hypotheses:
@@ -179,7 +133,7 @@ class Hypotheses:
             self.places.add(self._sought(moved, self._weigh(moved, seen), seen))
             self.places.log_share = self.places.log_share + self.places.recent[:, 0]
         self._last.append(seen)
-        self._take_up(_apart_from(proposed, self.places.poses))
+        self._take_up(apart_from(proposed, self.places.poses))
         self._thin_out()
         self._normalize()
 
@@ -278,9 +232,10 @@ class Hypotheses:
     def _branch(self, pose: NDArray[np.float64]) -> tuple[int, bool]:
         """Return which old place a new one comes from, and whether by slipping."""
         places = self.places
-        near = _near(places.poses, pose, SLIPPED_WAY, SLIPPED_TURN)
-        share = np.where(near, places.log_share, -np.inf) if near.any() else places.log_share
-        return int(np.argmax(share)), bool(near.any())
+        is_near = near(places.poses, pose, SLIPPED_WAY, SLIPPED_TURN)
+        slipped = bool(is_near.any())
+        share = np.where(is_near, places.log_share, -np.inf) if slipped else places.log_share
+        return int(np.argmax(share)), slipped
 
     @property
     def is_in_need(self) -> bool:
@@ -303,7 +258,7 @@ class Hypotheses:
         for index, pose in enumerate(places.poses):
             if len(kept) == MOST_PLACES:
                 break
-            known = _near(places.poses[kept], pose, SAME_WAY, SAME_TURN).any()
+            known = near(places.poses[kept], pose, SAME_WAY, SAME_TURN).any()
             if recent[index] >= least and not known:
                 kept.append(index)
         self.places = places.chosen(np.array(kept, np.int64))
@@ -319,18 +274,3 @@ def _best_of(weighed: Weighed, most: int) -> Weighed:
     """Return the `most` poses that a scan says most for."""
     order = np.argsort(-weighed.evidence, kind="stable")[:most]
     return Weighed(*(getattr(weighed, part.name)[order] for part in fields(weighed)))
-
-
-def _apart_from(proposed: NDArray[np.float64], poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the proposed poses (k, 3) that are none of `poses` (n, 3)."""
-    known = [bool(_near(poses, pose, SAME_WAY, SAME_TURN).any()) for pose in proposed]
-    apart: NDArray[np.float64] = proposed[~np.array(known, bool)]
-    return apart
-
-
-def _near(
-    poses: NDArray[np.float64], pose: NDArray[np.float64], way: float, turn: float
-) -> NDArray[np.bool_]:
-    away = np.hypot(poses[:, 0] - pose[0], poses[:, 1] - pose[1])
-    near: NDArray[np.bool_] = (away <= way) & (np.abs(wrap(poses[:, 2] - pose[2])) <= turn)
-    return near

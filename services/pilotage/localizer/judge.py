@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core import se2
-from pilotage.core.angles import wrap
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.localizer.compass import compass_likelihood
@@ -19,15 +18,16 @@ from pilotage.localizer.confidence import Signs, confidence_of
 from pilotage.localizer.dead_reckoning import reckoned, says_nothing
 from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.evidence import ends_in_base
-from pilotage.localizer.hypotheses import Hypotheses, Places, Witness
+from pilotage.localizer.hypotheses import Hypotheses, Witness
 from pilotage.localizer.landmark_model import landmark_likelihoods
 from pilotage.localizer.landmark_surprise import LandmarkSurprise
 from pilotage.localizer.measurement import Beams, Measurement
-from pilotage.localizer.modes import LEAST_MASS, MOST_MODES, Mode, apart, find_modes, is_within
+from pilotage.localizer.modes import Mode, apart, find_modes, is_within
 from pilotage.localizer.motion_spread import MotionSpread
 from pilotage.localizer.obstacles import obstacles
 from pilotage.localizer.peaks import find_peaks
-from pilotage.localizer.precision import fitted_covariance
+from pilotage.localizer.place_modes import States, modes_of, with_belief
+from pilotage.localizer.places import Places
 from pilotage.localizer.verdict import Verdict, VerdictParams
 
 LEAST_BEAMS = 8
@@ -50,12 +50,6 @@ NO_RIVAL = 1.0
 
 WORSE = 0.35
 """A scan whose beams speak for the place by so much less [nat] than usual is a surprise."""
-
-MOST_WEIGHED = 40
-"""Places that are held against the belief."""
-
-BELIEF_COUNTS, LEAST_BELIEF = 0.5, 1e-3
-"""Power of the belief's mass at a place in the place's probability, and the least mass."""
 
 SLIP = 0.2
 """Error of odometry [rad] between two scans that is no surprise."""
@@ -145,7 +139,7 @@ class Judge:
     def judge(
         self,
         odom_from_base: NDArray[np.float64],
-        states: tuple[NDArray[np.float64], NDArray[np.float64]],
+        states: States,
         seen: Measurement,
         *,
         surprise: bool,
@@ -190,7 +184,7 @@ class Judge:
     def _follow(
         self,
         odom_from_base: NDArray[np.float64],
-        states: tuple[NDArray[np.float64], NDArray[np.float64]],
+        states: States,
         seen: Measurement,
         *,
         surprise: bool,
@@ -226,7 +220,7 @@ class Judge:
     def _by_places(
         self,
         odom_from_base: NDArray[np.float64],
-        states: tuple[NDArray[np.float64], NDArray[np.float64]],
+        states: States,
         beams: Beams,
         *,
         surprise: bool,
@@ -236,8 +230,8 @@ class Judge:
         if not len(places):
             state = self._verdict.judge(0.0, [], surprise=surprise)
             return Estimate(self.estimate.pose, self.estimate.covariance, state, 0.0, [], None)
-        places = _with_belief(places, states)
-        modes = self._modes(places, states, beams)
+        places = with_belief(places, states)
+        modes = modes_of(places, states, ends_in_base(beams), self._around)
         signs = self._signs(places, states)
         if self._is_held(places.poses[0], odom_from_base):
             signs = replace(signs, better=NO_RIVAL)
@@ -270,9 +264,7 @@ class Judge:
         increment = se2.between(self._odom_from_base, odom_from_base)
         return se2.compose(self.estimate.pose, increment)
 
-    def _signs(
-        self, places: Places, states: tuple[NDArray[np.float64], NDArray[np.float64]]
-    ) -> Signs:
+    def _signs(self, places: Places, states: States) -> Signs:
         """Return what speaks for the best place."""
         share = np.exp(places.log_share)
         elsewhere = ~is_within(places.poses, places.poses[0])
@@ -287,33 +279,10 @@ class Judge:
             better=float(support[0] - rivals.max()) if len(rivals) else NO_RIVAL,
         )
 
-    def _modes(
-        self,
-        places: Places,
-        states: tuple[NDArray[np.float64], NDArray[np.float64]],
-        beams: Beams,
-    ) -> list[Mode]:
-        """Return the places as modes, near ones together, by falling mass."""
-        share = np.exp(places.log_share)
-        left = share >= LEAST_MASS
-        left[0] = True
-        ends = ends_in_base(beams)
-        modes: list[Mode] = []
-        for index in np.argsort(-share, kind="stable"):
-            if not left[index] or len(modes) == MOST_MODES:
-                continue
-            pose = places.poses[index]
-            same = left & is_within(places.poses, pose)
-            left &= ~same
-            spread = _spread_about(pose, states)
-            covariance = fitted_covariance(pose, ends, self._around, spread)
-            modes.append(Mode(float(share[same].sum()), pose, covariance))
-        return sorted(modes, key=lambda mode: -mode.mass)
-
     def _by_mass(
         self,
         odom_from_base: NDArray[np.float64],
-        states: tuple[NDArray[np.float64], NDArray[np.float64]],
+        states: States,
         *,
         surprise: bool,
     ) -> Estimate:
@@ -336,41 +305,9 @@ class Judge:
         return way <= AGREE_WAY and turn <= AGREE_TURN
 
 
-def _with_belief(places: Places, states: tuple[NDArray[np.float64], NDArray[np.float64]]) -> Places:
-    """Return the likeliest places by what both the places and the belief say of them.
-
-    The belief sees less of a scan but forgets no state; it counts by a power of its mass there.
-    """
-    poses, weights = states
-    likely = places.chosen(np.arange(min(MOST_WEIGHED, len(places))))
-    mass = np.array([weights[is_within(poses, pose)].sum() for pose in likely.poses])
-    share = likely.log_share + BELIEF_COUNTS * np.log(np.maximum(mass, LEAST_BELIEF))
-    order = np.argsort(-share, kind="stable")
-    fused = likely.chosen(order)
-    share = share[order] - share.max()
-    fused.log_share = share - np.log(np.exp(share).sum())
-    return fused
-
-
 def _telling(seen: Measurement) -> Beams | None:
     """Return the laser's beams if they are enough to tell places apart."""
     beams = seen.beams
     if beams is None or np.count_nonzero(np.isfinite(beams.ranges)) < LEAST_BEAMS:
         return None
     return beams
-
-
-def _spread_about(
-    pose: NDArray[np.float64], states: tuple[NDArray[np.float64], NDArray[np.float64]]
-) -> NDArray[np.float64]:
-    """Return the covariance (3, 3) of the belief about a place; wide where it holds nothing."""
-    poses, weights = states
-    near = is_within(poses, pose)
-    if not near.any():
-        return np.diag([0.25, 0.25, 0.07]) ** 2
-    away = poses[near] - pose
-    away[:, 2] = wrap(away[:, 2])
-    share = weights[near] / weights[near].sum()
-    width = np.diag([0.03, 0.03, 0.025]) ** 2
-    covariance: NDArray[np.float64] = (away * share[:, None]).T @ away + width
-    return covariance
