@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from pilotage.localizer.confidence import (
     BETTER_COUNTS,
+    EXACT,
     HISTORY,
     HISTORY_COUNTS,
     MOST_AHEAD,
@@ -73,7 +74,7 @@ def test_a_place_where_the_belief_is_not_and_the_scans_hardly_fit_is_doubted() -
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_signs_count_no_further_than_their_limits(sign: float) -> None:
     far = replace(SURE, support=sign * MOST_SUPPORT)
-    assert confidence_of(replace(far, support=sign * 9.0)) == confidence_of(far)
+    assert features(replace(far, support=sign * 9.0))[1] == features(far)[1]
     assert features(replace(SURE, ahead=sign * 99.0))[0] == sign * MOST_AHEAD
 
 
@@ -85,11 +86,20 @@ def test_features_come_in_the_order_of_the_signs() -> None:
 def test_the_odds_of_a_place_are_never_more_than_a_power_of_those_against_all_others(
     signs: Signs,
 ) -> None:
-    assert confidence_of(signs) <= 1.0 / (1.0 + math.exp(-ODDS_COUNT * signs.ahead)) + 1e-12
+    rough = replace(signs, support=min(signs.support, EXACT[0]))
+    assert confidence_of(rough) <= 1.0 / (1.0 + math.exp(-ODDS_COUNT * signs.ahead)) + 1e-12
+
+
+@given(SIGNS)
+def test_where_the_map_is_exact_odds_count_twice(signs: Signs) -> None:
+    exact = replace(signs, support=EXACT[1], ahead=abs(signs.ahead))
+    twice = replace(exact, support=EXACT[0], ahead=2.0 * exact.ahead)
+    assert confidence_of(exact) == pytest.approx(confidence_of(twice))
 
 
 @given(SIGNS)
 def test_a_place_is_doubted_as_far_as_another_fits_as_well(signs: Signs) -> None:
+    signs = replace(signs, support=min(signs.support, EXACT[0]))
     past = HISTORY_COUNTS * max(0.0, signs.ahead - HISTORY)
     limit = max(BETTER_COUNTS * signs.better + past, RIVALLED)
     assert confidence_of(signs) <= 1.0 / (1.0 + math.exp(-limit)) + 1e-12

@@ -18,6 +18,10 @@ MOST_SUPPORT = 0.25
 ODDS_COUNT = 0.75
 """Power of the place's odds that the confidence may follow: beams and scans are correlated."""
 
+EXACT = 0.45, 0.49
+"""Supports [nat a beam] from which on, and up to which, beams count more, up to twice: where nearly
+every one ends within half a cell of a wall, the map is right, and small differences tell."""
+
 BETTER_COUNTS = 50.0
 """Log-odds for each [nat a beam] that the place is better supported than any other one: maps and
 doors are never quite right, so where another fits as well now ..."""
@@ -43,6 +47,13 @@ class Signs:
     mass: float
     better: float
 
+    @property
+    def counted(self) -> float:
+        """How far ahead the place is [nat], where the map is exact counted up to twice."""
+        least, most = EXACT
+        exact = min(max((self.support - least) / (most - least), 0.0), 1.0)
+        return self.ahead * (1.0 + exact) if self.ahead > 0.0 else self.ahead
+
 
 WEIGHTS = (0.43, 5.2, 1.9)
 BIAS = -1.9
@@ -56,16 +67,16 @@ def confidence_of(signs: Signs) -> float:
     like ones none is certain. Nor does it where another one fits what is seen now as well.
     """
     log_odds = BIAS + float(np.dot(WEIGHTS, features(signs)))
-    past = HISTORY_COUNTS * max(0.0, signs.ahead - HISTORY)
+    past = HISTORY_COUNTS * max(0.0, signs.counted - HISTORY)
     rivalled = max(BETTER_COUNTS * signs.better + past, RIVALLED)
-    log_odds = min(log_odds, ODDS_COUNT * signs.ahead, rivalled)
+    log_odds = min(log_odds, ODDS_COUNT * signs.counted, rivalled)
     return float(1.0 / (1.0 + np.exp(-log_odds)))
 
 
 def features(signs: Signs) -> tuple[float, float, float]:
     """Return what the regression weighs: how far ahead, how well supported, with what mass."""
     return (
-        min(max(signs.ahead, -MOST_AHEAD), MOST_AHEAD),
+        min(max(signs.counted, -MOST_AHEAD), MOST_AHEAD),
         min(max(signs.support, -MOST_SUPPORT), MOST_SUPPORT),
         signs.mass,
     )
