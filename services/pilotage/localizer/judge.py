@@ -293,7 +293,8 @@ class Judge:
             return Estimate(self.estimate.pose, self.estimate.covariance, state, 0.0, [], None)
         best = modes[0]
         self._agreeing = self._agreeing + 1 if self._is_steady(best, odom_from_base) else 0
-        confidence = best.mass * min(1.0, self._agreeing / CONFIRMED)
+        # Measurements are correlated: a belief is surer of itself than it is right.
+        confidence = best.mass**2 * min(1.0, self._agreeing / CONFIRMED)
         masses = [mode.mass for mode in modes]
         state = self._verdict.judge(confidence, masses, surprise=surprise)
         return Estimate(best.pose, best.covariance, state, confidence, modes, None)
