@@ -15,7 +15,9 @@ from pilotage.localizer.confidence import (
     MOST_AHEAD,
     MOST_SUPPORT,
     ODDS_COUNT,
+    OFFSET,
     RIVALLED,
+    SLOPE,
     Signs,
     confidence_of,
     features,
@@ -33,6 +35,11 @@ SIGNS = st.builds(
     better=st.floats(-1.0, 1.0),
 )
 MORE = st.floats(0.0, 10.0)
+
+
+def said(log_odds: float) -> float:
+    """What is said of a place whose limits leave it these log-odds."""
+    return 1.0 / (1.0 + math.exp(-SLOPE * log_odds - OFFSET))
 
 
 @given(SIGNS)
@@ -54,10 +61,11 @@ def test_each_sign_speaks_for_the_place(name: str, more: float) -> None:
 
 
 @given(SIGNS, st.floats(-30.0, 0.0))
-def test_a_place_that_is_not_ahead_of_all_others_is_never_likelier_than_half(
+def test_a_place_that_is_not_ahead_of_all_others_is_never_certain(
     signs: Signs, ahead: float
 ) -> None:
-    assert confidence_of(replace(signs, ahead=ahead)) <= 0.5
+    assert confidence_of(replace(signs, ahead=ahead)) <= said(0.0)
+    assert said(0.0) < VerdictParams().enter
 
 
 def test_a_place_of_which_all_speaks_well_is_localized_and_a_doubtful_one_is_not() -> None:
@@ -68,7 +76,7 @@ def test_a_place_of_which_all_speaks_well_is_localized_and_a_doubtful_one_is_not
 def test_a_place_where_the_belief_is_not_and_the_scans_hardly_fit_is_doubted() -> None:
     """Though it is far ahead of the other places that are followed."""
     poor = Signs(ahead=9.0, support=-0.15, mass=0.0, better=0.2)
-    assert confidence_of(poor) < 0.8
+    assert confidence_of(poor) < VerdictParams().enter
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
@@ -87,7 +95,7 @@ def test_the_odds_of_a_place_are_never_more_than_a_power_of_those_against_all_ot
     signs: Signs,
 ) -> None:
     rough = replace(signs, support=min(signs.support, EXACT[0]))
-    assert confidence_of(rough) <= 1.0 / (1.0 + math.exp(-ODDS_COUNT * signs.ahead)) + 1e-12
+    assert confidence_of(rough) <= said(ODDS_COUNT * signs.ahead) + 1e-12
 
 
 @given(SIGNS)
@@ -102,10 +110,10 @@ def test_a_place_is_doubted_as_far_as_another_fits_as_well(signs: Signs) -> None
     signs = replace(signs, support=min(signs.support, EXACT[0]))
     past = HISTORY_COUNTS * max(0.0, signs.ahead - HISTORY)
     limit = max(BETTER_COUNTS * signs.better + past, RIVALLED)
-    assert confidence_of(signs) <= 1.0 / (1.0 + math.exp(-limit)) + 1e-12
+    assert confidence_of(signs) <= said(limit) + 1e-12
 
 
 def test_where_two_places_fit_alike_only_much_evidence_of_the_past_prefers_one() -> None:
     alike = replace(SURE, better=0.0)
-    assert confidence_of(alike) == pytest.approx(0.5)
+    assert confidence_of(alike) == pytest.approx(said(0.0))
     assert confidence_of(replace(alike, ahead=20.0)) > VerdictParams().enter

@@ -60,17 +60,36 @@ BIAS = -1.9
 """Found by tests/benchmarks/fit_confidence.py, scans in other buildings counting half."""
 
 
+SLOPE, OFFSET = 1.6, 1.2
+"""From those log-odds to those found in the trials of mapped buildings (building_trials.py): limits
+that keep like places apart make them too low by so much."""
+
+
 def confidence_of(signs: Signs) -> float:
     """Return the probability that the best place is right within 0.5 m and 15 degrees.
 
-    It never says more than the place's odds against all others do, of which a power counts: of
-    like ones none is certain. Nor does it where another one fits what is seen now as well.
+    Held down by the place's odds against all others, of which a power counts: of like ones none is
+    certain. So it is where another one fits what is seen now as well.
     """
     log_odds = BIAS + float(np.dot(WEIGHTS, features(signs)))
     past = HISTORY_COUNTS * max(0.0, signs.counted - HISTORY)
     rivalled = max(BETTER_COUNTS * signs.better + past, RIVALLED)
     log_odds = min(log_odds, ODDS_COUNT * signs.counted, rivalled)
-    return float(1.0 / (1.0 + np.exp(-log_odds)))
+    return _probability(log_odds)
+
+
+def confidence_of_mass(mass: float) -> float:
+    """Return the probability that a mode of this share of the belief is right, without a laser.
+
+    Measurements are correlated: a belief is surer of itself than it is right, so its square counts.
+    """
+    odds = mass**2 / max(1.0 - mass**2, 1e-9)
+    return _probability(float(np.log(max(odds, 1e-9))))
+
+
+def _probability(log_odds: float) -> float:
+    """Return what log-odds by the limits are worth."""
+    return float(1.0 / (1.0 + np.exp(-SLOPE * log_odds - OFFSET)))
 
 
 def features(signs: Signs) -> tuple[float, float, float]:

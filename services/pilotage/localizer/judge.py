@@ -14,7 +14,7 @@ from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.localizer.compass import compass_likelihood
-from pilotage.localizer.confidence import Signs, confidence_of
+from pilotage.localizer.confidence import Signs, confidence_of, confidence_of_mass
 from pilotage.localizer.dead_reckoning import reckoned, says_nothing
 from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.evidence import ends_in_base
@@ -42,7 +42,7 @@ SEARCHED_BELOW = 0.15
 YOUNG = 3
 """Scans for which a belief is new."""
 
-DOUBT = 0.4
+DOUBT = 0.6
 """Confidence in a place that the last scans contradict, at most."""
 
 NO_RIVAL = 1.0
@@ -293,8 +293,7 @@ class Judge:
             return Estimate(self.estimate.pose, self.estimate.covariance, state, 0.0, [], None)
         best = modes[0]
         self._agreeing = self._agreeing + 1 if self._is_steady(best, odom_from_base) else 0
-        # Measurements are correlated: a belief is surer of itself than it is right.
-        confidence = best.mass**2 * min(1.0, self._agreeing / CONFIRMED)
+        confidence = confidence_of_mass(best.mass) * min(1.0, self._agreeing / CONFIRMED)
         masses = [mode.mass for mode in modes]
         state = self._verdict.judge(confidence, masses, surprise=surprise)
         return Estimate(best.pose, best.covariance, state, confidence, modes, None)

@@ -22,12 +22,12 @@ class VerdictParams:
     lost robot is rather on its way back.
     """
 
-    enter: float = 0.95
-    stay: float = 0.5
+    enter: float = 0.9973
+    stay: float = 0.77
     earned_by: int = 2
     rival_mass: float = 0.10
     named_mass: float = 0.5
-    hope: float = 0.3
+    hope: float = 0.45
 
 
 @dataclass
