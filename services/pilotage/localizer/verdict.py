@@ -17,9 +17,9 @@ class VerdictParams:
     """Parameters of the verdict.
 
     `enter`, `stay`: confidence to become (three sigma), and to stay, localized; `earned_by`:
-    measurements in a row that have to give it. `rival_mass`: places of this share are rivals; several make the
-    belief ambiguous if they hold `named_mass` of it together. `hope`: confidence from which a
-    lost robot is rather on its way back.
+    measurements in a row that have to give it. `rival_mass`: places of this share are rivals;
+    several make the belief ambiguous if they hold `named_mass` of it together. `hope`: confidence
+    from which a lost robot is rather on its way back.
     """
 
     enter: float = 0.9973
