@@ -147,8 +147,9 @@ def test_the_robot_is_found_followed_and_stands_in_free_space(
     poses = np.array([e.pose for e in estimates])[is_localized]
     rows, cols = hall(folder).geometry.cells_of(poses[:, :2]).T
     assert hall(folder).is_free[rows, cols].all()
-    away, _ = error(estimates[-1].pose, recorded.way[-1][1:])
+    away, turn = error(estimates[-1].pose, recorded.way[-1][1:])
     assert away < 0.4
+    assert turn < 0.1
 
 
 def off_the_way(folder: Path, recorded: Recorded, *, from_the_middle: bool) -> list[float]:
