@@ -96,7 +96,7 @@ NEAR = 0.2
 
 SHORT = pytest.mark.xfail(
     strict=True,
-    reason="falls short: doors repeat every 6 m, and some are open now that were shut on the map",
+    reason="falls short: doors repeat every 6 m, and some are shut now that the map shows open",
 )
 BOTH = pytest.mark.parametrize("recorded", [ONE, THREE], ids=["robotdata1", "robotdata3"])
 

@@ -8,7 +8,8 @@ the first obstacle on its way, met it, or went through it; each kind has its wei
 
 The weights are log-likelihood ratios between right and wrong poses, found on simulated tracks
 through eight buildings with and without clutter, rounded, and bounded so that no beam decides
-alone.
+alone. Those of beams that went through count half of what simulation says: real maps draw door
+leaves and jambs too thick, and doors stand open now that were shut (Wean Hall).
 """
 
 from dataclasses import dataclass
