@@ -67,7 +67,7 @@ LOG = (
     b"ODOM 1.0 2.0 4.0 0.5 -0.1 0 10.5 robot 0.25\n"
     b"FLASER 2 1.5 2.5 0 0 0 0 0 0 11.5 robot 1\n"
     b"ROBOTLASER1 0 -0.5 1 0.5 20 0.01 0 2 1 2 0 0 0 0 0 0 0 0 0 0 0 0 12.5 robot 1\n"
-    b"SONAR 0.2 1 1.5 0 0 0 13.5 robot 1\nCOMPASS 1 2 3\n"
+    b"SONAR 0.2 1 1.5 0 0 0 13.5 robot 1\nCOMPASS 1 2 3\nCOMMAND 1 2 3\n"
 )
 
 
@@ -111,7 +111,18 @@ def test_damaged_gzip_is_refused_not_fatal(content: bytes) -> None:
 
 
 WORDS = st.sampled_from(
-    ["ODOM", "FLASER", "ROBOTLASER1", "RAWLASER1", "SONAR", "TRUEPOS", "COMPASS", "O", "L"]
+    [
+        "ODOM",
+        "FLASER",
+        "ROBOTLASER1",
+        "RAWLASER1",
+        "SONAR",
+        "TRUEPOS",
+        "COMPASS",
+        "COMMAND",
+        "O",
+        "L",
+    ]
 )
 VALUES = st.sampled_from(["0", "1", "2", "-1", "1e308", "-1e308", "nan", "inf", "x", "1e-320"])
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pilotage.core.logs import (
+    CommandRecord,
     HeadingRecord,
     Log,
     LogError,
@@ -109,12 +110,26 @@ def test_scan_that_is_logged_in_several_shapes_is_read_once(tmp_path: Path) -> N
     assert log.skipped_lines == 0
 
 
-def test_sonar_has_ranges_and_directions(tmp_path: Path) -> None:
+def test_sonar_has_ranges_mounts_and_cone(tmp_path: Path) -> None:
     line = f"SONAR 0.26 2 1.5 2.5 0.1 0.1 1.57 0.1 -0.1 -1.57 {TAIL}"
     (record, _) = read(tmp_path, line, ODOM).records
     assert isinstance(record, SonarRecord)
     assert record.ranges.tolist() == [1.5, 2.5]
-    assert record.directions.tolist() == [1.57, -1.57]
+    assert record.mounts.tolist() == [[0.1, 0.1, 1.57], [0.1, -0.1, -1.57]]
+    assert (record.cone, record.range_max) == (0.26, 4.0)
+
+
+def test_sonar_without_an_echo_is_infinite(tmp_path: Path) -> None:
+    line = f"SONAR 25 3 0.0 3.9 5.0 0 0 0 0 0 1 0 0 2 {TAIL}"
+    (record, _) = read(tmp_path, line, ODOM).records
+    assert isinstance(record, SonarRecord)
+    assert record.ranges.tolist() == pytest.approx([np.inf, 3.9, np.inf])
+    assert record.cone == pytest.approx(math.radians(25.0))
+
+
+def test_command_says_the_twist_asked_for(tmp_path: Path) -> None:
+    log = read(tmp_path, "COMMAND 0.2 -0.1 9.5", ODOM)
+    assert log.records[0] == CommandRecord(9.5, 0.2, -0.1)
 
 
 def test_true_poses_and_compass_are_read(tmp_path: Path) -> None:

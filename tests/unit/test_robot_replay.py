@@ -119,7 +119,7 @@ def test_every_kind_of_record_goes_out_by_its_topic() -> None:
         scan_at(100.0),
         HeadingRecord(100.0, 0.5, 0.1),
         TruthRecord(100.0, (1.0, 2.0, 3.0)),
-        SonarRecord(100.0, np.ones(2, np.float32), np.array([0.0, 1.5])),
+        SonarRecord(100.0, np.ones(2, np.float32), np.zeros((2, 3)), 0.4, 5.0),
     )
     measurements = list(Replay(log, "all.log").sense(START_NS))
     topics = [measurement.topic for measurement in measurements]

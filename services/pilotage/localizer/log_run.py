@@ -20,9 +20,6 @@ from pilotage.localizer.method import LocalizationMethod
 EXTRAPOLATION_NS = 500_000_000
 """Logs that state odometry rarely: the last motion is taken to go on for so long."""
 
-SONAR_RANGE_MAX = 4.0
-"""Farthest echo of a sonar [m], which logs do not state (MORCS-2, Li 2008)."""
-
 
 @dataclass(frozen=True)
 class LogEstimate:
@@ -95,9 +92,8 @@ def _measurement(record: ScanRecord | SonarRecord, localizer: LocalizationMethod
         angles = record.angle_min, record.angle_increment
         beams = localizer.params.beams
         return scan_measurement(record.ranges, angles, record.laser_mount, beams, record.range_max)
-    at_centre = np.zeros((len(record.directions), 3), np.float32)
-    at_centre[:, 2] = record.directions
-    return ranges_measurement(record.ranges, at_centre, SONAR_RANGE_MAX)
+    mounts = record.mounts.astype(np.float32)
+    return ranges_measurement(record.ranges, mounts, record.range_max)
 
 
 def _estimate(

@@ -1,6 +1,5 @@
 """A recorded log as a driver: it measures what was measured then, and cannot be driven."""
 
-import math
 from bisect import bisect_right
 from collections.abc import Iterator
 from itertools import islice
@@ -10,11 +9,11 @@ from typing import Literal, Self
 import numpy as np
 
 from pilotage.core.logs import (
+    CommandRecord,
     HeadingRecord,
     Log,
     OdometryRecord,
     Pose,
-    Record,
     ScanRecord,
     SonarRecord,
     TruthRecord,
@@ -34,12 +33,12 @@ from pilotage_schemas.sensors import (
 
 RECORDS_A_LOOK = 50
 """At speed `max`: how many records are played each time the service looks, 50 times a second."""
-SONAR_CONE, SONAR_RANGE_MAX = math.radians(25.0), 5.0
-"""Logs do not say these; the cone is that of Li 2008, the range that of common sonars."""
 FOOTPRINT = 0.25 * np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)], np.float32)
 """Logs do not say the robot's size; half a metre square is that of the robots that made them."""
 
 Speed = float | Literal["max"]
+Played = OdometryRecord | ScanRecord | HeadingRecord | TruthRecord | SonarRecord
+"""Records that become messages."""
 
 
 class Replay:
@@ -51,8 +50,9 @@ class Replay:
     """
 
     def __init__(self, log: Log, name: str, speed: Speed = 1.0, *, loop: bool = False) -> None:
-        self._records = log.records
-        self._times = [record.stamp - log.records[0].stamp for record in log.records]
+        # What the robot was told then is no measurement, and on the bus it would be obeyed.
+        self._records = [r for r in log.records if not isinstance(r, CommandRecord)]
+        self._times = [record.stamp - log.records[0].stamp for record in self._records]
         # After the last record a pause of the mean interval, so that stamps go on increasing.
         self._length = log.duration * (1.0 + 1.0 / max(len(self._times) - 1, 1)) or 1.0
         self._name, self._speed, self._loop = name, speed, loop
@@ -135,7 +135,7 @@ class Replay:
         """Refuse."""
         raise DriverError(LOG_REFUSAL)
 
-    def _due(self, now_ns: int) -> Iterator[tuple[Record, float]]:
+    def _due(self, now_ns: int) -> Iterator[tuple[Played, float]]:
         """Yield records that are due, with their time in s since the start of the round."""
         if self._speed == "max":
             upto = min(self._played + RECORDS_A_LOOK, len(self._records))
@@ -154,7 +154,7 @@ class Replay:
         self._played = 0
 
 
-def _measurement(record: Record, stamp_ns: int) -> Measurement:
+def _measurement(record: Played, stamp_ns: int) -> Measurement:
     """Return a record as the message of its topic."""
     match record:
         case OdometryRecord():
@@ -201,16 +201,14 @@ def _truth(record: TruthRecord, stamp_ns: int) -> Message:
 
 
 def _sonar(record: SonarRecord, stamp_ns: int) -> Message:
-    mounts = np.zeros((len(record.directions), 3), np.float32)
-    mounts[:, 2] = record.directions
     return SonarScan(
         stamp_ns=stamp_ns,
         frame_id="base_link",
-        mounts=mounts,
+        mounts=record.mounts.astype(np.float32),
         ranges=record.ranges,
-        cone=SONAR_CONE,
+        cone=record.cone,
         range_min=0.0,
-        range_max=SONAR_RANGE_MAX,
+        range_max=record.range_max,
     )
 
 

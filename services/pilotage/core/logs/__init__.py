@@ -2,6 +2,7 @@
 
 from pilotage.core.logs.reading import read_log
 from pilotage.core.logs.records import (
+    CommandRecord,
     HeadingRecord,
     Log,
     LogError,
@@ -14,6 +15,7 @@ from pilotage.core.logs.records import (
 )
 
 __all__ = [
+    "CommandRecord",
     "HeadingRecord",
     "Log",
     "LogError",

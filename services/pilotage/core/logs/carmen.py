@@ -1,4 +1,4 @@
-"""Lines of CARMEN logs (the Carnegie Mellon navigation toolkit), and our line COMPASS.
+"""Lines of CARMEN logs (the Carnegie Mellon navigation toolkit), and our lines COMPASS, COMMAND.
 
 Every message of CARMEN ends with `timestamp host logger_timestamp`; the first is the
 measurement's own and is the one used.
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pilotage.core import se2
 from pilotage.core.logs.line_format import LineFormat, numbers, pose_of
 from pilotage.core.logs.records import (
+    CommandRecord,
     HeadingRecord,
     OdometryRecord,
     Pose,
@@ -25,6 +26,12 @@ FLASER_RANGE_MAX = 50.0
 SICK's LMS 200 is specified to 50 m in the indoor settings that such logs were made with."""
 NO_RETURN_FROM = 0.99
 """From this part of the maximum range on, nothing came back: sensors report a bit less than it."""
+SONAR_RANGE_MAX = 4.0
+"""Farthest echo of a sonar [m], which SONAR does not state (MORCS-2, Li 2008)."""
+SONAR_CONE = math.radians(25.0)
+"""Of logs that put something else than radians where the cone belongs (Li 2008)."""
+FARTHEST_MOUNT = 100.0
+"""No robot is larger [m], and no direction is given in so many turns."""
 _TAIL = 3
 """Words after a message: timestamp, host, logger's timestamp."""
 
@@ -91,9 +98,17 @@ def _sonar(words: list[bytes]) -> SonarRecord:
     count = _count(words, 2, least=1)
     values = numbers(words, 3, 4 * count + 1)
     _expect_tail(words, 3 + 4 * count)
-    ranges = np.clip(values[:count], 0.0, 1e6).astype(np.float32)
+    (cone,) = numbers(words, 1, 1)
     mounts = np.array(values[count:-1]).reshape(count, 3)
-    return SonarRecord(values[-1], ranges, mounts[:, 2])
+    if np.abs(mounts).max() > FARTHEST_MOUNT:
+        raise ValueError("a sonar that is impossibly far from its robot")
+    return SonarRecord(
+        stamp=values[-1],
+        ranges=_ranges(values[:count], SONAR_RANGE_MAX / NO_RETURN_FROM),
+        mounts=mounts,
+        cone=cone if 0.0 < cone <= math.pi else SONAR_CONE,
+        range_max=SONAR_RANGE_MAX,
+    )
 
 
 def _truth(words: list[bytes]) -> TruthRecord:
@@ -109,6 +124,12 @@ def _compass(words: list[bytes]) -> HeadingRecord:
     if sigma <= 0.0:
         raise ValueError(f"a standard deviation of {sigma}")
     return HeadingRecord(stamp, pose_of(0.0, 0.0, heading)[2], sigma)
+
+
+def _command(words: list[bytes]) -> CommandRecord:
+    """`COMMAND v w stamp`, a line of ours: the twist asked for from then on, m/s and rad/s."""
+    linear, angular, stamp = numbers(words, 1, 3)
+    return CommandRecord(stamp, linear, angular)
 
 
 def _expect_tail(words: list[bytes], stamp_at: int) -> None:
@@ -154,6 +175,7 @@ CARMEN = LineFormat(
         b"SONAR": _sonar,
         b"TRUEPOS": _truth,
         b"COMPASS": _compass,
+        b"COMMAND": _command,
     },
     # A log may hold the same scan in several of these; the most informative one comes first.
     alternatives=(b"ROBOTLASER1", b"FLASER", b"RAWLASER1"),

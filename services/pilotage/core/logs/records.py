@@ -59,14 +59,28 @@ class TruthRecord:
 
 @dataclass(frozen=True, eq=False)
 class SonarRecord:
-    """One round of a sonar ring: ranges (n,) in m and directions (n,) in rad of base_link."""
+    """One round of single-cone rangers (sonar, time of flight), each at its own mount."""
 
     stamp: float
     ranges: NDArray[np.float32]
-    directions: NDArray[np.float64]
+    """(n,) m, infinity where no echo came back."""
+    mounts: NDArray[np.float64]
+    """(n, 3) x, y and direction of each in base_link."""
+    cone: float
+    """Full opening angle, rad."""
+    range_max: float
 
 
-Record = OdometryRecord | ScanRecord | HeadingRecord | TruthRecord | SonarRecord
+@dataclass(frozen=True)
+class CommandRecord:
+    """The twist that the robot was told to drive from then on, m/s and rad/s."""
+
+    stamp: float
+    linear: float
+    angular: float
+
+
+Record = OdometryRecord | ScanRecord | HeadingRecord | TruthRecord | SonarRecord | CommandRecord
 
 
 @dataclass(frozen=True, eq=False)
