@@ -247,6 +247,30 @@ class PowerCutError(Exception):
     pass
 
 
+def test_power_cut_during_the_first_save_leaves_the_map_or_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _cut_power_after(1, monkeypatch)
+    with pytest.raises(PowerCutError):
+        save_map(ROOM, tmp_path / "m.yaml")
+    assert np.array_equal(load_map(tmp_path / "m.yaml").cells, ROOM.cells)
+
+
+@pytest.mark.parametrize("renames", [0, 1, 2])
+def test_second_power_cut_in_a_row_leaves_a_whole_map(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, renames: int
+) -> None:
+    """The first leaves a new YAML beside an old image, and the new image under another name."""
+    save_map(draw("....#"), tmp_path / "m.yaml")
+    for world, cut in ((ROOM, 1), (draw("#####"), renames)):
+        with monkeypatch.context() as patch:
+            _cut_power_after(cut, patch)
+            with pytest.raises(PowerCutError):
+                save_map(world, tmp_path / "m.yaml")
+    expected = ROOM if renames < 2 else draw("#####")
+    assert map_digest(load_map(tmp_path / "m.yaml")) == map_digest(expected)
+
+
 def _cut_power_after(renames: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rename = Path.replace
     done: list[Path] = []

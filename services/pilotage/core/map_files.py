@@ -7,7 +7,7 @@ image that fits the checksum under its temporary name.
 """
 
 import hashlib
-import os
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +19,9 @@ from pilotage.core.map_shades import FREE_THRESH, OCCUPIED_THRESH, cells_from_sh
 from pilotage.core.map_yaml import MapDescription, read_description
 from pilotage.core.maybe_gzip import read_maybe_gzip
 from pilotage.core.wean_map import is_wean_map, read_wean_map
+from pilotage.core.whole_files import temporary_of, write_whole
 
-__all__ = ["MapFileError", "load_map", "map_digest", "save_map"]
+__all__ = ["MapFileError", "load_map", "map_digest", "map_documents", "save_map", "save_map_files"]
 
 LARGEST_FILE = 256 * 2**20
 """More bytes than this in a YAML or text map are a mistake."""
@@ -54,15 +55,24 @@ def save_map(world: OccupancyMap, yaml_path: str | Path) -> None:
         OSError: the folder is missing, full or read-only; the old map is then still there.
     """
     file = Path(yaml_path)
-    image = file.with_suffix(".pgm")
+    save_map_files(file, map_documents(world, file.name))
+
+
+def save_map_files(yaml_path: Path, files: Mapping[str, bytes]) -> None:
+    """Write the documents of a map, and what else belongs to it, so that a power cut halves none.
+
+    Raises:
+        OSError: the folder is missing, full or read-only; the old files are then still there.
+    """
+    _finish_saving(yaml_path)
+    write_whole(yaml_path.parent, files)
+
+
+def map_documents(world: OccupancyMap, yaml_name: str) -> dict[str, bytes]:
+    """Return the files of a map by name: the YAML and then the PGM that it states the sum of."""
+    image = Path(yaml_name).with_suffix(".pgm").name
     pgm, mode = pgm_from_cells(world.cells)
-    description = _yaml(world.geometry, image.name, pgm, mode)
-    _write_synced(_temporary(image), pgm)
-    _write_synced(_temporary(file), description)
-    _temporary(file).replace(file)
-    _sync_folder(file.parent)
-    _temporary(image).replace(image)
-    _sync_folder(file.parent)
+    return {yaml_name: _yaml(world.geometry, image, pgm, mode), image: pgm}
 
 
 def map_digest(world: OccupancyMap) -> str:
@@ -93,14 +103,24 @@ def _image_of(description: MapDescription, file: Path) -> Path:
     image is not there, the same name with another ending is taken.
     """
     image = file.parent / description.image
+    unfinished, checksum = temporary_of(image), description.image_sha256
+    if checksum and unfinished.is_file() and _checksum(unfinished.read_bytes()) == checksum:
+        return unfinished
     if not image.is_file():
         others = [image.with_suffix(suffix) for suffix in (".png", ".pgm", ".bmp")]
         return next((other for other in others if other.is_file()), image)
-    unfinished = _temporary(image)
-    if description.image_sha256 is None or not unfinished.is_file():
-        return image
-    is_the_new_one = _checksum(unfinished.read_bytes()) == description.image_sha256
-    return unfinished if is_the_new_one else image
+    return image
+
+
+def _finish_saving(file: Path) -> None:
+    """Put an image in place that a power cut kept from it, before another is written there."""
+    try:
+        description = read_description(_read_bytes(file), file)
+    except MapFileError:
+        return
+    image = file.parent / description.image
+    if _image_of(description, file) == temporary_of(image):
+        temporary_of(image).replace(image)
 
 
 def _yaml(geometry: GridGeometry, image: str, pgm: bytes, mode: str) -> bytes:
@@ -120,24 +140,3 @@ def _yaml(geometry: GridGeometry, image: str, pgm: bytes, mode: str) -> bytes:
 
 def _checksum(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
-
-
-def _temporary(file: Path) -> Path:
-    return file.with_name(file.name + ".new")
-
-
-def _write_synced(file: Path, content: bytes) -> None:
-    """Write a file and wait until it is on the disk."""
-    with file.open("wb") as stream:
-        stream.write(content)
-        stream.flush()
-        os.fsync(stream.fileno())
-
-
-def _sync_folder(folder: Path) -> None:
-    """Wait until the renames in a folder are on the disk."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
