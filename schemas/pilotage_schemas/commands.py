@@ -4,9 +4,20 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pilotage_schemas.arrays import Float64Array, Nd
+from pilotage_schemas.arrays import Float64Array, Int8Array, Nd
 from pilotage_schemas.geometry import Pose2, Twist2
+from pilotage_schemas.mapping import Count, MappingSensor, Resolution, Stamp
 from pilotage_schemas.message import Name, NonNegative, Part, Positive, Text
+
+FileContent = Annotated[Int8Array, Nd("int8", "n")]
+"""The bytes of a file."""
+
+
+class NamedFile(Part):
+    """A file by its name within a map."""
+
+    name: Name
+    content: FileContent
 
 
 class Done(Part):
@@ -110,6 +121,78 @@ class MapLoaded(Part):
     map_id: Name
     rows: Annotated[int, Field(gt=0, lt=2**31)]
     cols: Annotated[int, Field(gt=0, lt=2**31)]
+
+
+class MapStart(Part):
+    """Make a map: a new one, or go on with the present one, if it was made here."""
+
+    sensor: MappingSensor = "laser"
+    go_on: bool = False
+
+
+class MapSave(Part):
+    """Keep the present map, made or in the making, under this name in the mapper's library."""
+
+    name: Name
+
+
+class MapSaved(Part):
+    """The map as it was kept, and where."""
+
+    name: Name
+    map_id: Name
+    path: Text
+
+
+class MapLoad(Part):
+    """Use another map: one of the library by its name, or a file of the mapper's machine."""
+
+    map: Annotated[str, Field(max_length=4096)]
+
+
+class MapDelete(Part):
+    """Delete a map of the library."""
+
+    name: Name
+
+
+class MapFetch(Part):
+    """Ask for one file of a map of the library."""
+
+    name: Name
+    file: Name
+
+
+class MapFile(Part):
+    """A file of a map, byte for byte."""
+
+    content: FileContent
+
+
+class MapStore(Part):
+    """Take a map into the library: map.yaml and its image, and whatever else belongs to it."""
+
+    name: Name
+    files: Annotated[tuple[NamedFile, ...], Field(max_length=16, strict=False)]
+
+
+class StoredMap(Part):
+    """One map of the library; `can_go_on`: mapping can go on from where it ended."""
+
+    name: Name
+    map_id: Name
+    rows: Count
+    cols: Count
+    resolution: Resolution
+    saved_ns: Stamp
+    files: Annotated[tuple[Name, ...], Field(max_length=64, strict=False)]
+    can_go_on: bool
+
+
+class MapList(Part):
+    """The maps of the library by name."""
+
+    maps: Annotated[tuple[StoredMap, ...], Field(max_length=10_000, strict=False)]
 
 
 class Restart(Part):

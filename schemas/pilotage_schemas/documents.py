@@ -101,6 +101,7 @@ def _publication(topic: Topic) -> Json:
         "summary": topic.summary,
         "messages": [_message_of(topic.name, topic.message)],
         "x-owner": "every service" if topic.owner == EVERYONE else topic.owner,
+        "x-while-mapping": topic.while_mapping,
     }
 
 

@@ -30,7 +30,8 @@ class TopicHealth(Part):
     dropped: Count
     age: NonNegative | None
     limit: NonNegative | None
-    """Age beyond which the topic is stale, by the registry's rate; None for events."""
+    """Age beyond which the topic is stale, by the registry's rate; None for events, and for what
+    another service publishes at present."""
 
 
 class Health(Message):

@@ -40,7 +40,9 @@ def _replaced(text: str, name: str, table: str) -> str:
 
 
 def _topic_row(topic: Topic) -> str:
-    owner = "every service" if topic.owner == EVERYONE else topic.owner
+    owner = "every service" if topic.owner == EVERYONE else ", ".join(topic.publishers)
+    if topic.while_mapping is not None:
+        owner += " while mapping"
     rate = "event" if topic.rate_hz is None else f"{topic.rate_hz:g} Hz"
     name = f"{topic.name}/{{service}}" if topic.owner == EVERYONE else topic.name
     delivery = topic.delivery.replace("_", " ")

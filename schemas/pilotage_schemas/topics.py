@@ -17,6 +17,9 @@ PREFIX = f"pilotage/@v{VERSION}"
 EVERYONE = "*"
 """Owner of topics that each service publishes under its own name."""
 
+PATCHES_KEPT = 200
+"""A late joiner gets as many patches: those since the whole map, which is sent anew before."""
+
 Delivery = Literal["latest_wins", "never_drop"]
 ROBOT_NAME = re.compile(r"[a-z0-9_]{1,32}")
 
@@ -26,7 +29,9 @@ class Topic:
     """A stream: who publishes which message, how often, and how it travels.
 
     `rate_hz` is the usual rate, None for events; `latest_wins` keeps only the newest samples
-    of a slow consumer, `never_drop` recovers lost ones and gives late joiners the last.
+    of a slow consumer, `never_drop` recovers lost ones and gives late joiners the last
+    `history`. `while_mapping` publishes it in the owner's place while a map is being made;
+    `mapping_status` says when, so that it has exactly one publisher at a time.
     """
 
     name: str
@@ -35,6 +40,13 @@ class Topic:
     rate_hz: float | None
     delivery: Delivery
     summary: str
+    while_mapping: str | None = None
+    history: int = 1
+
+    @property
+    def publishers(self) -> tuple[str, ...]:
+        """The services that may publish it, the owner first; EVERYONE for any."""
+        return tuple(name for name in (self.owner, self.while_mapping) if name is not None)
 
     @property
     def stale_after(self) -> float | None:
@@ -44,7 +56,10 @@ class Topic:
 
 @dataclass(frozen=True)
 class Query:
-    """A question with a typed answer: `service` owns it and answers within `timeout_s`."""
+    """A question with a typed answer: `service` owns it and answers within `timeout_s`.
+
+    A command is what people give to a robot; other queries serve the services themselves.
+    """
 
     name: str
     service: str
@@ -52,6 +67,7 @@ class Query:
     reply: type[Part]
     summary: str
     timeout_s: float = 2.0
+    is_command: bool = True
 
 
 _TOPICS = (
@@ -66,8 +82,26 @@ _TOPICS = (
     Topic("status", sensors.RobotStatus, "robot", 2, "latest_wins", "what the robot does"),
     Topic("ground_truth", sensors.GroundTruth, "robot", 20, "latest_wins", "simulation only"),
     Topic("map", mapping.OccupancyGrid, "mapper", None, "never_drop", "the map in use"),
-    Topic("map_patch", mapping.GridPatch, "mapper", None, "never_drop", "cells that changed"),
-    Topic("pose", localization.PoseEstimate, "localizer", 10, "latest_wins", "where it is"),
+    Topic(
+        "map_patch",
+        mapping.GridPatch,
+        "mapper",
+        None,
+        "never_drop",
+        "cells that changed",
+        history=PATCHES_KEPT,
+    ),
+    Topic("mapping_status", mapping.MappingStatus, "mapper", None, "never_drop", "how it maps"),
+    Topic("mapped_path", mapping.MappedPath, "mapper", None, "never_drop", "the way mapped so far"),
+    Topic(
+        "pose",
+        localization.PoseEstimate,
+        "localizer",
+        10,
+        "latest_wins",
+        "where it is",
+        while_mapping="mapper",
+    ),
     Topic("belief", localization.Belief, "localizer", 2, "latest_wins", "where it could be"),
     Topic(
         "velocity_command", planning.VelocityCommand, "planner", None, "latest_wins", "wanted twist"
@@ -98,7 +132,16 @@ _QUERIES = (
     Query("set_algorithm", "localizer", c.SetAlgorithm, c.Done, "choose M1 or M2"),
     Query("set_method", "localizer", c.SetMethod, c.Done, "choose how to localize", 30.0),
     Query("set_map", "localizer", c.SetMap, c.MapLoaded, "localize on another map", 30.0),
-    Query("load_map", "mapper", c.LoadMap, c.MapLoaded, "use another map", 10.0),
+    Query("map_start", "mapper", c.MapStart, c.Done, "make a map, or go on with one", 30.0),
+    Query("map_stop", "mapper", c.Nothing, c.MapLoaded, "finish the map and use it", 60.0),
+    Query("map_reset", "mapper", c.Nothing, c.Done, "begin the map in the making anew", 30.0),
+    Query("map_save", "mapper", c.MapSave, c.MapSaved, "keep the map in the library", 30.0),
+    Query("map_load", "mapper", c.MapLoad, c.MapLoaded, "use a map of the library or a file", 30.0),
+    Query("load_map", "mapper", c.LoadMap, c.MapLoaded, "older name of map_load", 10.0),
+    Query("map_list", "mapper", c.Nothing, c.MapList, "list the library", is_command=False),
+    Query("map_delete", "mapper", c.MapDelete, c.Done, "delete a map", 10.0, is_command=False),
+    Query("map_fetch", "mapper", c.MapFetch, c.MapFile, "read a file", 10.0, is_command=False),
+    Query("map_store", "mapper", c.MapStore, c.MapSaved, "take a map in", 30.0, is_command=False),
     Query("restart", "launcher", c.Restart, c.Done, "restart one process"),
 )
 

@@ -90,3 +90,16 @@ def test_a_closed_fabric_carries_nothing() -> None:
     fabric.declare_publisher("a", CBOR, "latest_wins")(b"1")
     assert not got
     assert fabric.is_connected()
+
+
+def test_a_late_subscriber_gets_as_much_history_as_is_kept_and_asked_for() -> None:
+    fabric = FakeFabric()
+    put = fabric.declare_publisher("patch", CBOR, "never_drop", history=3)
+    for number in range(5):
+        put(b"%d" % number)
+    all_kept: list[Sample] = []
+    last: list[Sample] = []
+    fabric.declare_subscriber("patch", "never_drop", all_kept.append, history=10)
+    fabric.declare_subscriber("patch", "never_drop", last.append)
+    assert [sample.payload for sample in all_kept] == [b"2", b"3", b"4"]
+    assert [sample.payload for sample in last] == [b"4"]

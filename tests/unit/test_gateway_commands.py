@@ -12,7 +12,7 @@ from gateway_world import ROBOT, GatewayWorld
 from pilotage.bus.fabric import BusError, NoAnswerInTimeError, RefusedError
 from pilotage.gateway.commander import MAX_WAITING
 from pilotage.gateway.json_form import from_json, to_json
-from pilotage.gateway.routes.commands import EXAMPLES
+from pilotage.gateway.routes.commands import COMMANDS, EXAMPLES
 from pilotage_schemas.codec import DecodeError
 from pilotage_schemas.commands import (
     Done,
@@ -27,7 +27,6 @@ from pilotage_schemas.commands import (
 )
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.message import Part
-from pilotage_schemas.topics import QUERIES
 from waiting import eventually
 
 
@@ -232,14 +231,14 @@ def test_who_waits_when_the_gateway_stops_is_told(
     assert world.client.post(f"{ROBOT}/commands/stop").status_code == 503
 
 
-@pytest.mark.parametrize("name", QUERIES)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_has_an_example_that_works(name: str) -> None:
 
     request, reply = EXAMPLES[name]
-    query = QUERIES[name]
+    query = COMMANDS[name]
     assert isinstance(from_json(query.request, json.dumps(request).encode()), query.request)
     assert to_json(query.reply.model_validate(reply)) == reply
 
 
 def test_there_are_no_examples_of_other_commands() -> None:
-    assert set(EXAMPLES) == set(QUERIES)
+    assert set(EXAMPLES) == set(COMMANDS)

@@ -7,7 +7,7 @@ import jsonschema_rs
 import pytest
 
 from gateway_world import ROBOT, GatewayWorld
-from pilotage_schemas.topics import QUERIES
+from pilotage.gateway.routes.commands import COMMANDS
 
 PATH = "/api/v1/robots/{robot_id}"
 
@@ -45,7 +45,7 @@ def test_every_error_is_a_problem_document(document: dict[str, Any]) -> None:
                 assert list(answer["content"]) == ["application/problem+json"], (path, status)
 
 
-@pytest.mark.parametrize("name", QUERIES)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_is_described_with_an_example(document: dict[str, Any], name: str) -> None:
     operation = document["paths"][f"{PATH}/commands/{name}"]["post"]
     body = operation["requestBody"]["content"]["application/json"]

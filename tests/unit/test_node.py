@@ -144,6 +144,23 @@ def test_only_the_owner_may_publish_a_topic(bench: Bench) -> None:
         bench.robot.publisher("map")
 
 
+def test_the_mapper_may_publish_the_pose_too_because_it_owns_it_while_mapping(bench: Bench) -> None:
+    assert bench.mapper.publisher("pose").traffic.topic.owner == "localizer"
+
+
+def test_nothing_is_published_while_the_topic_is_another_services(bench: Bench) -> None:
+    out = bench.robot.publisher("odometry")
+    out.rest(is_resting=True)
+    with pytest.raises(ValueError, match="odometry is another service's at present"):
+        out.publish(odometry(1))
+    (line,) = [t for t in bench.robot.vitals.report().topics if t.topic == "odometry"]
+    assert line.limit is None
+    out.rest(is_resting=False)
+    out.publish(odometry(1))
+    (line,) = [t for t in bench.robot.vitals.report().topics if t.topic == "odometry"]
+    assert line.limit == 0.5
+
+
 def test_a_topic_that_is_not_registered_does_not_exist(bench: Bench) -> None:
     with pytest.raises(KeyError):
         bench.robot.publisher("lidar_data")

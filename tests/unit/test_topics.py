@@ -8,6 +8,7 @@ import pytest
 from pilotage_schemas.sensors import LaserScan
 from pilotage_schemas.topics import (
     EVERYONE,
+    PATCHES_KEPT,
     QUERIES,
     TOPICS,
     Query,
@@ -82,3 +83,13 @@ def test_a_robot_name_that_would_break_keys_is_refused(robot: str) -> None:
 def test_a_slow_stream_is_given_ten_periods() -> None:
     assert replace(TOPICS["scan"], rate_hz=1.0).stale_after == 10.0
     assert replace(TOPICS["scan"], rate_hz=100.0).stale_after == 0.5
+
+
+def test_the_pose_is_the_mappers_while_it_maps_and_nothing_else_changes_hands() -> None:
+    shared = {name: topic.publishers for name, topic in TOPICS.items() if topic.while_mapping}
+    assert shared == {"pose": ("localizer", "mapper")}
+
+
+def test_a_late_joiner_gets_all_patches_of_a_map() -> None:
+    assert TOPICS["map_patch"].history == PATCHES_KEPT
+    assert all(topic.history == 1 for topic in TOPICS.values() if topic.name != "map_patch")

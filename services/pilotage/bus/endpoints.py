@@ -39,6 +39,8 @@ class Traffic:
     count: int = 0
     dropped: int = 0
     last_stamp_ns: int | None = None
+    is_resting: bool = False
+    """Whether another service publishes it at present, so that silence here is well."""
 
 
 class Publisher(Generic[Sent]):
@@ -53,10 +55,16 @@ class Publisher(Generic[Sent]):
         expected = self.traffic.topic.message
         if not isinstance(message, expected):
             raise TypeError(f"{self.traffic.topic.name} carries {expected.__name__}")
+        if self.traffic.is_resting:
+            raise ValueError(f"{self.traffic.topic.name} is another service's at present")
         numbered = message.model_copy(update={"seq": self.traffic.count})
         self._put(encode(numbered))
         self.traffic.count += 1
         self.traffic.last_stamp_ns = message.stamp_ns
+
+    def rest(self, *, is_resting: bool) -> None:
+        """Say whether the topic is another service's at present; nothing may be sent then."""
+        self.traffic.is_resting = is_resting
 
 
 class RejectedError(ValueError):

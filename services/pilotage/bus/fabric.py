@@ -49,15 +49,21 @@ class Fabric(Protocol):
     """Carries bytes between services. Callbacks may come from any thread and must only enqueue."""
 
     def declare_publisher(
-        self, key: str, encoding: str, delivery: Delivery
+        self, key: str, encoding: str, delivery: Delivery, history: int = 1
     ) -> Callable[[bytes], None]:
-        """Return the function that publishes a payload under `key`."""
+        """Return the function that publishes a payload under `key`.
+
+        Of what must not drop, the last `history` payloads at least are kept for late joiners.
+        """
         ...
 
     def declare_subscriber(
-        self, key: str, delivery: Delivery, on_sample: Callable[[Sample], None]
+        self, key: str, delivery: Delivery, on_sample: Callable[[Sample], None], history: int = 1
     ) -> None:
-        """Call `on_sample` for each payload under `key`, which may hold `*`."""
+        """Call `on_sample` for each payload under `key`, which may hold `*`.
+
+        Of what must not drop, the last `history` payloads come first.
+        """
         ...
 
     def declare_queryable(self, key: str, on_question: Callable[[Question], None]) -> None:

@@ -1,6 +1,7 @@
 """A fabric in one process for tests: delivers at once, on the caller's thread."""
 
 import fnmatch
+from collections import deque
 from collections.abc import Callable
 
 from pilotage.bus.fabric import (
@@ -26,10 +27,10 @@ class FakeFabric:
         self._queryables: dict[str, Callable[[Question], None]] = {}
         self._watchers: list[tuple[str, Callable[[str, bool], None]]] = []
         self._present: list[str] = []
-        self._kept: dict[str, bytes] = {}
+        self._kept: dict[str, deque[bytes]] = {}
 
     def declare_publisher(
-        self, key: str, encoding: str, delivery: Delivery
+        self, key: str, encoding: str, delivery: Delivery, history: int = 1
     ) -> Callable[[bytes], None]:
         """Return the function that hands a payload to every matching subscriber."""
         if not encoding.startswith("application/cbor;"):
@@ -37,7 +38,7 @@ class FakeFabric:
 
         def put(payload: bytes) -> None:
             if delivery == "never_drop":
-                self._kept[key] = payload
+                self._kept.setdefault(key, deque(maxlen=history)).append(payload)
             for pattern, on_sample in list(self._subscribers):
                 if fnmatch.fnmatchcase(key, pattern):
                     on_sample(Sample(key, payload))
@@ -45,14 +46,15 @@ class FakeFabric:
         return put
 
     def declare_subscriber(
-        self, key: str, delivery: Delivery, on_sample: Callable[[Sample], None]
+        self, key: str, delivery: Delivery, on_sample: Callable[[Sample], None], history: int = 1
     ) -> None:
-        """Subscribe; a topic that must not drop begins with its last payload."""
+        """Subscribe; a topic that must not drop begins with its last payloads."""
         self._subscribers.append((key, on_sample))
         if delivery == "never_drop":
-            for kept_key, payload in self._kept.items():
+            for kept_key, payloads in self._kept.items():
                 if fnmatch.fnmatchcase(kept_key, key):
-                    on_sample(Sample(kept_key, payload))
+                    for payload in list(payloads)[-history:]:
+                        on_sample(Sample(kept_key, payload))
 
     def declare_queryable(self, key: str, on_question: Callable[[Question], None]) -> None:
         """Answer a query."""

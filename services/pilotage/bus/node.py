@@ -85,13 +85,15 @@ class Node:
         self._beat(STARTING_LIMIT_S)
 
     def publisher(self, topic_name: str) -> Publisher[Any]:
-        """Return the publisher of a topic that this service owns."""
+        """Return the publisher of a topic that this service owns, or publishes while mapping."""
         if topic_name not in self._publishers:
             topic = TOPICS[topic_name]
-            if topic.owner not in (self.name, EVERYONE):
+            if not {self.name, EVERYONE} & set(topic.publishers):
                 raise ValueError(f"{topic_name} belongs to {topic.owner}, not to {self.name}")
             key = topic_key(self.robot, topic, self.name)
-            put = self.fabric.declare_publisher(key, encoding(topic.message), topic.delivery)
+            put = self.fabric.declare_publisher(
+                key, encoding(topic.message), topic.delivery, topic.history
+            )
             traffic = self.vitals.traffic(topic, "out")
             self._publishers[topic_name] = Publisher(put, traffic)
         return self._publishers[topic_name]
@@ -120,7 +122,7 @@ class Node:
             inlet.inbox.put(next(self._arrivals), sample)
             self._notify()
 
-        self.fabric.declare_subscriber(key, topic.delivery, enqueue)
+        self.fabric.declare_subscriber(key, topic.delivery, enqueue, topic.history)
 
     def answer(self, query_name: str, handler: Callable[[Any], Part]) -> None:
         """Answer a query with what `handler(request)` returns; RefusedError(reason) refuses."""

@@ -95,7 +95,7 @@ class ZenohFabric:
         self._declared: list[object] = []
 
     def declare_publisher(
-        self, key: str, encoding: str, delivery: Delivery
+        self, key: str, encoding: str, delivery: Delivery, history: int = 1
     ) -> Callable[[bytes], None]:
         """Return the function that publishes a payload under `key`."""
         publisher = (
@@ -103,7 +103,7 @@ class ZenohFabric:
                 key, encoding=encoding, congestion_control=zenoh.CongestionControl.DROP
             )
             if delivery == "latest_wins"
-            else self._advanced_publisher(key, encoding)
+            else self._advanced_publisher(key, encoding, history)
         )
         self._declared.append(publisher)
 
@@ -116,7 +116,7 @@ class ZenohFabric:
         return put
 
     def declare_subscriber(
-        self, key: str, delivery: Delivery, on_sample: Callable[[Sample], None]
+        self, key: str, delivery: Delivery, on_sample: Callable[[Sample], None], history: int = 1
     ) -> None:
         """Call `on_sample` for each payload under `key`, from a thread of Zenoh's."""
 
@@ -126,7 +126,7 @@ class ZenohFabric:
         if delivery == "latest_wins":
             self._declared.append(self._session.declare_subscriber(key, receive))
         else:
-            self._declared.append(self._advanced_subscriber(key, receive))
+            self._declared.append(self._advanced_subscriber(key, receive, history))
 
     def declare_queryable(self, key: str, on_question: Callable[[Question], None]) -> None:
         """Call `on_question` for each query of `key`, from a thread of Zenoh's."""
@@ -175,13 +175,15 @@ class ZenohFabric:
         self._session.close()  # type: ignore[no-untyped-call]  # zenoh's stub lacks it
         self._declared.clear()
 
-    def _advanced_publisher(self, key: str, encoding: str) -> zenoh.ext.AdvancedPublisher:
+    def _advanced_publisher(
+        self, key: str, encoding: str, history: int
+    ) -> zenoh.ext.AdvancedPublisher:
         return zenoh.ext.declare_advanced_publisher(
             self._session,
             key,
             encoding=encoding,
             congestion_control=zenoh.CongestionControl.BLOCK,
-            cache=zenoh.ext.CacheConfig(max_samples=CACHED_SAMPLES),
+            cache=zenoh.ext.CacheConfig(max_samples=max(CACHED_SAMPLES, history)),
             sample_miss_detection=zenoh.ext.MissDetectionConfig(
                 heartbeat=MISS_HEARTBEAT_MS / 1000, sporadic_heartbeat=None
             ),
@@ -189,13 +191,13 @@ class ZenohFabric:
         )
 
     def _advanced_subscriber(
-        self, key: str, receive: Callable[[zenoh.Sample], None]
+        self, key: str, receive: Callable[[zenoh.Sample], None], history: int
     ) -> "zenoh.ext.AdvancedSubscriber[None]":
         return zenoh.ext.declare_advanced_subscriber(
             self._session,
             key,
             receive,
-            history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
+            history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=history),
             recovery=zenoh.ext.RecoveryConfig(heartbeat=True, periodic_queries=None),
             subscriber_detection=True,
         )

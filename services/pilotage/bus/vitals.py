@@ -73,5 +73,5 @@ class Vitals:
             rate_hz=_bounded((traffic.count - before) / elapsed),
             dropped=traffic.dropped,
             age=age,
-            limit=traffic.topic.stale_after,
+            limit=None if traffic.is_resting else traffic.topic.stale_after,
         )

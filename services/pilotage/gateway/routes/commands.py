@@ -34,6 +34,17 @@ EXAMPLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"map": "maps/ground_floor.yaml"},
         {"map_id": "9b1e5d0c77aa4f32", "rows": 640, "cols": 900},
     ),
+    "map_start": ({"sensor": "laser", "go_on": False}, {"detail": "mapping by laser"}),
+    "map_stop": ({}, {"map_id": "5f3c0a9be2d41c77", "rows": 800, "cols": 1200}),
+    "map_reset": ({}, {"detail": "mapping anew"}),
+    "map_save": (
+        {"name": "office"},
+        {"name": "office", "map_id": "5f3c0a9be2d41c77", "path": "maps/office"},
+    ),
+    "map_load": (
+        {"map": "office"},
+        {"map_id": "5f3c0a9be2d41c77", "rows": 800, "cols": 1200},
+    ),
     "load_map": (
         {"path": "maps/office.yaml"},
         {"map_id": "5f3c0a9be2d41c77", "rows": 800, "cols": 1200},
@@ -71,7 +82,9 @@ def _described_body(query: Query) -> dict[str, Any]:
     return {"requestBody": {"required": bool(schema.get("required")), "content": content}}
 
 
-for known in QUERIES.values():
+COMMANDS = {name: query for name, query in QUERIES.items() if query.is_command}
+
+for known in COMMANDS.values():
     router.add_api_route(
         f"{ROBOT_PREFIX}/commands/{known.name}",
         _command(known),
@@ -88,5 +101,5 @@ for known in QUERIES.values():
 @router.post(f"{ROBOT_PREFIX}/commands/{{name}}", include_in_schema=False)
 async def unknown_command(service: Robot, name: str) -> None:
     """Say which commands there are."""
-    known = ", ".join(QUERIES)
+    known = ", ".join(COMMANDS)
     raise ProblemError(404, f"{service.robot} knows no command {name!r}; there are {known}")
