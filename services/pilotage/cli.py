@@ -32,7 +32,7 @@ class Method(Enum):
 
 
 class Sensor(Enum):
-    """What weighs the belief of `pilotage localize`."""
+    """What `pilotage localize` weighs its belief by and `pilotage map` draws the map with."""
 
     laser = "laser"
     sonar = "sonar"
@@ -113,6 +113,34 @@ def localize(  # noqa: PLR0913, PLR0917 - the options that design section 4 fixe
     command.localize(
         command.LocalizeOptions(log, log_format, world, out, pose, sensors, method.value)
     )
+
+
+@app.command(name="map")
+def map_(  # noqa: PLR0913, PLR0917 - the options that design section 4 fixes
+    log: Annotated[Path, typer.Argument(help="Recorded log, of any known format, .gz allowed.")],
+    out: Annotated[Path, typer.Option(help="Folder for map, trajectory, picture and report.")],
+    sensor: Annotated[
+        Sensor | None,
+        typer.Option(
+            help="What draws the map; else what the log has, the laser first.", show_default=False
+        ),
+    ] = None,
+    model: Annotated[
+        str | None, typer.Option(help="Model of the sonar's cone.", show_default=False)
+    ] = None,
+    beams: Annotated[
+        int | None,
+        typer.Option(min=2, help="Use only so many of the laser's beams.", show_default=False),
+    ] = None,
+    log_format: Annotated[
+        str | None, typer.Option("--format", help="Force a format.", show_default=False)
+    ] = None,
+) -> None:
+    """Map the place that a recorded log went through."""
+    from pilotage import map_command as command  # noqa: PLC0415 - see above
+
+    options = command.MapOptions(log, log_format, out, sensor and sensor.value, beams, model)
+    command.map_log(options)
 
 
 @app.command()

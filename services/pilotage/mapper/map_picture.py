@@ -1,0 +1,105 @@
+"""A map and the robot's way through it as a picture for people."""
+
+import io
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.transforms import Affine2D
+from numpy.typing import NDArray
+
+from pilotage.core.grid import OccupancyMap
+
+UNKNOWN_SHADE, FREE_SHADE, WALL_SHADE = "#dfe3e8", "#ffffff", "#1d2733"
+SHADES = ListedColormap([UNKNOWN_SHADE, FREE_SHADE, WALL_SHADE])
+WAY = colormaps["viridis"]
+MARGIN = 1.0
+"""Metres shown around what is known of the map and around the way."""
+
+LONGER_SIDE = 11.0
+"""Inches; with DPI this is what a cell a pixel comes to for a building of 80 m."""
+DPI, FEWEST_PIXELS, MOST_PIXELS = 150, 800, 4000
+
+POINTS_DRAWN = 5000
+"""Of the way: more are not told apart."""
+
+
+def map_picture(world: OccupancyMap, poses: NDArray[np.float64], title: str) -> bytes:
+    """Return a PNG: the map, the way over poses (n, 3) from dark to light, and a scale bar.
+
+    The map's cells are -1, 0 or 100.
+    """
+    low, high = _shown(world, poses)
+    width, height = high - low
+    longer = max(width, height)
+    size = np.maximum(LONGER_SIDE * np.array([width, height]) / longer, 3.0)
+    figure = Figure(figsize=(size[0], size[1] + 0.4), layout="constrained")
+    axes = figure.subplots()
+    _draw_map(axes, world)
+    _draw_way(axes, poses)
+    _draw_scale(axes, low, high)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
+    axes.set_title(title, fontsize="medium")
+    drawn = io.BytesIO()
+    pixels = np.clip(longer / world.geometry.resolution, FEWEST_PIXELS, MOST_PIXELS)
+    figure.savefig(drawn, format="png", dpi=max(DPI, pixels / LONGER_SIDE))
+    return drawn.getvalue()
+
+
+def _shown(world: OccupancyMap, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the lower left and the upper right corner (2, 2) of what is worth showing."""
+    known = world.geometry.centres_of(np.argwhere(world.cells >= 0))
+    points = np.concatenate([known, poses[:, :2], np.zeros((1, 2))[: not len(poses)]])
+    return np.array([points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN])
+
+
+def _draw_map(axes: Axes, world: OccupancyMap) -> None:
+    x, y, theta = world.geometry.origin
+    width, height = world.geometry.size_m
+    place = Affine2D().rotate(theta).translate(x, y)
+    axes.set_facecolor(UNKNOWN_SHADE)
+    axes.imshow(
+        np.sign(world.cells),
+        cmap=SHADES,
+        vmin=-1,
+        vmax=1,
+        origin="lower",
+        extent=(0.0, width, 0.0, height),
+        interpolation="antialiased" if theta == 0.0 else "nearest",
+        interpolation_stage="rgba",
+        transform=place + axes.transData,
+    )
+
+
+def _draw_way(axes: Axes, poses: NDArray[np.float64]) -> None:
+    if len(poses) == 0:
+        return
+    points = poses[:: max(1, len(poses) // POINTS_DRAWN), :2]
+    pieces = np.stack([points[:-1], points[1:]], axis=1)
+    way = LineCollection(list(pieces), cmap=WAY, linewidth=0.9, alpha=0.9)
+    way.set_array(np.linspace(0.0, 1.0, len(pieces)))
+    axes.add_collection(way)
+    for pose, shape, name in ((poses[0], "o", "start"), (poses[-1], "s", "end")):
+        axes.plot(*pose[:2], shape, color="#c0392b", markersize=5, zorder=4)
+        axes.annotate(
+            name, pose[:2], (5, 5), textcoords="offset points", color="#c0392b", fontsize="small"
+        )
+
+
+def _draw_scale(axes: Axes, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+    """Draw a bar of a round length of about a fifth of the width in the lower left corner."""
+    length = round_length(0.25 * float(high[0] - low[0]))
+    inset = 0.025 * float((high - low).max())
+    start = low + inset
+    axes.plot([start[0], start[0] + length], [start[1]] * 2, color=WALL_SHADE, linewidth=3)
+    label = f"{length:g} m"
+    axes.annotate(label, (start[0], start[1]), (0, 4), textcoords="offset points", fontsize="small")
+
+
+def round_length(longest: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten that is not longer."""
+    unit = 10.0 ** np.floor(np.log10(longest))
+    return float(max(step * unit for step in (1.0, 2.0, 5.0) if step * unit <= longest * 1.0001))
