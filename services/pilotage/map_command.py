@@ -99,7 +99,7 @@ def _run(records: list[Record], method: MappingMethod) -> list[float]:
 
 def _files(finished: FinishedMap, name: str) -> dict[str, bytes]:
     # Imported here: drawing takes half a second to import, which errors need not wait for.
-    from pilotage.mapper.map_picture import map_picture  # noqa: PLC0415 - see above
+    from pilotage.map_picture import map_picture  # noqa: PLC0415 - see above
 
     if not (finished.world.cells >= 0).any():
         raise ConfigError("the log shows nothing to map: no cell was seen free or occupied")

@@ -39,7 +39,10 @@ HOMES = {
         "bytes become messages in pilotage_schemas.codec",
     ),
     "typer": Home(("pilotage.cli",), "the command line is cli.py"),
-    "matplotlib": Home(("pilotage.experiments.",), "only experiments draw figures"),
+    "matplotlib": Home(
+        ("pilotage.experiments.", "pilotage.map_picture"),
+        "figures are drawn by experiments and by the map command: the services send data",
+    ),
 }
 
 CORE_MAY_IMPORT = {"numpy", "numba", "pilotage", *sys.stdlib_module_names}
