@@ -16,6 +16,7 @@ WARM_UPS = [
     "pilotage.localizer.landmark_tile_kernels:warm_up",
     "pilotage.localizer.evidence_kernels:warm_up",
     "pilotage.localizer.peaks:warm_up",
+    "pilotage.mapper.laser_grid_kernels:warm_up",
 ]
 """`module:function`, by name because core lies below the services and may not import them."""
 
