@@ -17,6 +17,10 @@ WARM_UPS = [
     "pilotage.localizer.evidence_kernels:warm_up",
     "pilotage.localizer.peaks:warm_up",
     "pilotage.mapper.laser_grid_kernels:warm_up",
+    "pilotage.mapper.sonar_kernels:warm_up",
+    "pilotage.mapper.sonar_arcs:warm_up",
+    "pilotage.mapper.arc_median:warm_up",
+    "pilotage.mapper.temporal_filter:warm_up",
 ]
 """`module:function`, by name because core lies below the services and may not import them."""
 

@@ -1,6 +1,7 @@
 """Cells of a sonar grid: a part of the world that grows where something is seen."""
 
 import math
+from collections.abc import Mapping
 from typing import TypeVar
 
 import numpy as np
@@ -12,6 +13,8 @@ CHUNK = 64
 """The part grows by whole chunks, so that it seldom has to."""
 MOST_CELLS = 64_000_000
 """400 m x 400 m at 0.05 m: what lies farther off is a mistake, or for another map."""
+
+LAYERS = ("log_odds", "recent", "votes", "counts")
 
 Window = tuple[slice, slice]
 Box = tuple[float, float, float, float]
@@ -76,6 +79,25 @@ class CellLayers:
         row, col = self.first
         rows = slice(max(0, low_y - row), high_y - row + 1)
         return rows, slice(max(0, low_x - col), high_x - col + 1)
+
+    def remember(self) -> dict[str, NDArray[np.generic]]:
+        """Return all that `resume` needs."""
+        layers: dict[str, NDArray[np.generic]] = {name: getattr(self, name) for name in LAYERS}
+        return {**layers, "first": np.array(self.first)}
+
+    def resume(self, memory: Mapping[str, NDArray[np.generic]]) -> None:
+        """Go on from what was remembered; ValueError if it does not fit."""
+        if not {*LAYERS, "first"} <= memory.keys():
+            raise ValueError("the memory lacks layers of the sonar grid")
+        shape = memory["log_odds"].shape
+        for name in LAYERS:
+            layer, known = memory[name], getattr(self, name)
+            if layer.dtype != known.dtype or layer.shape != shape or layer.ndim != 2:
+                raise ValueError(f"{name} is no layer of this grid: {layer.dtype} {layer.shape}")
+        for name in LAYERS:
+            setattr(self, name, memory[name].copy())
+        row, col = memory["first"].tolist()
+        self.first = int(row), int(col)
 
     def _chunk_of(self, metres: float) -> int:
         """Return the first cell of the chunk that a coordinate lies in."""

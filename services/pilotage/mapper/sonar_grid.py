@@ -4,6 +4,7 @@ The models differ in where in its cone they look for the obstacle; see `sonar_mo
 drawn in log-odds, which adds up to Bayes' rule (3-12) from a prior of 1/2.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -53,15 +54,19 @@ class SonarGrid:
     def __init__(
         self, params: SonarGridParams, ring: SonarRing, model: SonarModel = "improved_atm"
     ) -> None:
-        self.params, self.ring, self.model = params, ring, model
+        self.params, self.model = params, model
         self._cells = CellLayers(params.resolution)
-        self._news = SonarNews(params.news, ring)
         self._echoes = EchoMemory(params.echoes, ring.cone, improved=model == "improved_atm")
         self._rounds = 0
         self._slice_box: Box | None = None
-        depth = max(params.range_sigma, 0.75 * params.resolution)
-        visible = params.visible_share * ring.range_max
-        self._shape = BeamShape(ring.half_cone, depth, visible, params.certainty, params.resolution)
+        self.use_ring(ring)
+
+    def use_ring(self, ring: SonarRing) -> None:
+        """Hear with this ring from now on."""
+        self.ring = ring
+        self._news = SonarNews(self.params.news, ring)
+        self._echoes.cone = ring.cone
+        self._shape = beam_shape(self.params, ring)
 
     def insert(
         self, map_from_base: ArrayLike, ranges: ArrayLike, *, is_turning: bool = False
@@ -96,6 +101,16 @@ class SonarGrid:
         """Return all transversal crossings of the arcs in memory, and which the model uses."""
         return self._echoes.crossings()
 
+    def remember(self) -> dict[str, NDArray[np.generic]]:
+        """Return all that `resume` needs; what sonars last said is heard anew."""
+        self._close_slice()
+        return {**self._cells.remember(), **self._echoes.remember()}
+
+    def resume(self, memory: Mapping[str, NDArray[np.generic]]) -> None:
+        """Go on from what an earlier grid remembered; ValueError if it does not fit."""
+        self._echoes.resume(memory)
+        self._cells.resume(memory)
+
     @property
     def _is_placing(self) -> bool:
         """Whether the model asks where on its arc an echo came from."""
@@ -128,6 +143,13 @@ class SonarGrid:
         layers = cells.log_odds[here], cells.recent[here], cells.votes[here], cells.counts[here]
         close_slice(*layers, self.params.limit)
         self._slice_box = None
+
+
+def beam_shape(params: SonarGridParams, ring: SonarRing) -> BeamShape:
+    """Return how the sonars of a ring are drawn."""
+    depth = max(params.range_sigma, 0.75 * params.resolution)
+    visible = params.visible_share * ring.range_max
+    return BeamShape(ring.half_cone, depth, visible, params.certainty, params.resolution)
 
 
 def filtered(cells: NDArray[np.int8], verdicts: NDArray[np.uint8]) -> NDArray[np.int8]:
