@@ -35,9 +35,9 @@ class PoseCorrectionParams:
     """What odometry, orders and compass are worth; sources with each."""
 
     odometry: DisplacementNoise = field(
-        default_factory=lambda: DisplacementNoise(way_share=0.048, turn_share=0.03)
+        default_factory=lambda: DisplacementNoise(way_share=0.048, turn_share=0.07)
     )
-    """176 mm in 3.67 m (Li 2008, table 5-1); 5 to 8 degrees in some turns (table 5-3)."""
+    """176 mm in 3.67 m (Li 2008, table 5-1); 5.25 and 7.67 degrees in a quarter turn (5-3)."""
     command: DisplacementNoise = field(
         default_factory=lambda: DisplacementNoise(
             way_share=0.011,
