@@ -51,11 +51,12 @@ CORE_FILES_MAY_IMPORT = {
     "pilotage.core.map_files": {"PIL", "yaml"},
     "pilotage.core.map_yaml": {"yaml"},
     "pilotage.core.landmark_map": {"yaml"},
+    "pilotage.core.logs.ros_bag": {"rosbags"},
 }
 
 COMPUTING = ("core", "localizer", "mapper", "planner", "topology")
 GLUE = {"__main__", "config", "service", "storage", "messages", "warm_up"} | {
-    *("queries", "map_choice", "method_setup"),  # parts of the localizer's service
+    *("queries", "map_choice", "method_setup", "map_show", "takeover"),  # parts of a service
 }
 """Modules of a computing package that may know messages, clocks or files."""
 

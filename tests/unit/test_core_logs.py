@@ -209,8 +209,8 @@ def test_missing_log_is_refused(tmp_path: Path) -> None:
         read_log(tmp_path / "no.log")
 
 
-def test_folder_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(LogError, match="cannot be read"):
+def test_folder_without_a_log_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="a folder that is no log"):
         read_log(tmp_path)
 
 
