@@ -16,8 +16,8 @@ from pilotage.core.grid import OccupancyMap
 UNKNOWN_SHADE, FREE_SHADE, WALL_SHADE = "#dfe3e8", "#ffffff", "#1d2733"
 SHADES = ListedColormap([UNKNOWN_SHADE, FREE_SHADE, WALL_SHADE])
 WAY = colormaps["viridis"]
-MARGIN = 1.0
-"""Metres shown around what is known of the map and around the way."""
+MARGIN = 0.03
+"""Shown around what is known of the map and around the way, as a share of its longer side."""
 
 LONGER_SIDE = 11.0
 """Inches; with DPI this is what a cell a pixel comes to for a building of 80 m."""
@@ -53,7 +53,9 @@ def _shown(world: OccupancyMap, poses: NDArray[np.float64]) -> NDArray[np.float6
     """Return the lower left and the upper right corner (2, 2) of what is worth showing."""
     known = world.geometry.centres_of(np.argwhere(world.cells >= 0))
     points = np.concatenate([known, poses[:, :2], np.zeros((1, 2))[: not len(poses)]])
-    return np.array([points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN])
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = max(MARGIN * float((high - low).max()), 2.0 * world.geometry.resolution)
+    return np.array([low - margin, high + margin])
 
 
 def _draw_map(axes: Axes, world: OccupancyMap) -> None:

@@ -91,7 +91,7 @@ def as_scan(sonar: SonarRecord) -> ScanRecord | None:
     directions = np.unwrap(sonar.mounts[:, 2])
     steps = np.diff(directions)
     ahead = np.stack([np.cos(sonar.mounts[:, 2]), np.sin(sonar.mounts[:, 2])], axis=1)
-    aside = np.abs(np.cross(ahead, sonar.mounts[:, :2]))
+    aside = np.abs(ahead[:, 0] * sonar.mounts[:, 1] - ahead[:, 1] * sonar.mounts[:, 0])
     is_even = len(steps) > 0 and np.ptp(steps) < 1e-3 and steps[0] > 0.0
     if sonar.cone > NARROW_CONE or not is_even or aside.max() > 0.01:
         return None
