@@ -49,9 +49,7 @@ def small_run() -> DeadReckoning:
 
 def graph(edges: list[tuple[int, int]], closures: list[bool]) -> PoseGraph:
     count = len(edges)
-    information = np.tile(
-        np.array([[4.0, 1.0, 0.5], [1.0, 5.0, 0.0], [0.5, 0.0, 9.0]]), (count, 1, 1)
-    )
+    known = np.array([[4.0, 1.0, 0.5], [1.0, 5.0, 0.0], [0.5, 0.0, 9.0]])
     return PoseGraph(
         np.array([10.0, 11.5]),
         np.array([[0.0, 0.0, 0.0], [1.0, 2.0, -0.5]]),
