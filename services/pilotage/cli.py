@@ -93,7 +93,7 @@ def up(
 
 @app.command()
 def localize(  # noqa: PLR0913, PLR0917 - the options that design section 4 fixes
-    log: Annotated[Path, typer.Argument(help="Recorded log: CARMEN or Wean Hall, .gz allowed.")],
+    log: Annotated[Path, typer.Argument(help="Recorded log, of any known format, .gz allowed.")],
     world: Annotated[Path, typer.Option("--map", help="Map: map_server YAML or Wean Hall.")],
     out: Annotated[Path, typer.Option(help="Folder for estimates.csv and report.json.")],
     start: Annotated[str, typer.Option(help="'unknown' or X,Y,THETA in m and rad.")] = "unknown",
