@@ -71,6 +71,10 @@ LOG = (
 )
 
 
+EV3 = b"0 0 0" + b" 100.5" * 325 + b"\n" + b"10 0 0.5" + b" 255" * 325 + b"\n"
+DRONE = b"# t\n" + b"0.1,1,2,0.3,0.5,0.5,1.5,4.2,3.9,2.8\n" * 3
+
+
 def damaged(content: bytes) -> st.SearchStrategy[bytes]:
     """The content with some bytes put in place of others."""
     return st.tuples(st.integers(0, len(content)), st.integers(0, 8), st.binary(max_size=8)).map(
@@ -100,7 +104,7 @@ def test_damaged_png_is_refused_not_fatal(data: st.DataObject) -> None:
     load_bytes(YAML, data.draw(damaged(stream.getvalue())))
 
 
-@given(st.binary(max_size=300) | damaged(LOG))
+@given(st.binary(max_size=300) | damaged(LOG) | damaged(EV3) | damaged(DRONE))
 def test_odd_bytes_for_a_log_are_refused_not_fatal(content: bytes) -> None:
     read_bytes(content)
 
