@@ -1,5 +1,7 @@
 """Reads a log of any known format, told apart by content."""
 
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 from pilotage.core.logs.carmen import CARMEN
@@ -68,19 +70,23 @@ def _read_text(file: Path, log_format: str | None) -> Log:
     content = _content(file)
     if content.startswith(BAG_MAGIC):
         raise LogError(f"{file}: a packed ROS bag: unpack it first")
-    lines = list(lines_of(content))
-    if not lines:
-        raise LogError(f"{file}: the log is empty")
-    chosen = _recognise(lines, file, log_format)
+    chosen = _recognise(content, file, log_format)
     if isinstance(chosen, LineFormat):
-        records, damaged = read_lines(lines, chosen)
+        records, damaged = read_lines(content, chosen)
     elif chosen.name == RING8_POSES.name:
         records, damaged = _read_ring8(file)
     else:
-        names_columns = chosen.separator is not None and lines[0][1][0][:1].isalpha()
-        records, damaged = read_rows(lines[names_columns:], chosen)
+        records, damaged = read_rows(_rows_of(content, chosen), chosen)
     _refuse_useless(records, damaged, file, chosen.name)
     return _log_of(chosen.name, records, len(damaged))
+
+
+def _rows_of(content: bytes, chosen: TableFormat) -> Iterator[Line]:
+    """Yield the lines of a table, without a first that names its columns."""
+    lines = lines_of(content)
+    first = next(lines)
+    names_columns = chosen.separator is not None and first[1][0][:1].isalpha()
+    return lines if names_columns else chain([first], lines)
 
 
 def _log_of(name: str, records: list[Record], skipped: int) -> Log:
@@ -138,13 +144,15 @@ def _content(file: Path) -> bytes:
         raise LogError(f"{file}: the log cannot be read ({error})") from None
 
 
-def _recognise(lines: list[Line], file: Path, log_format: str | None) -> LineFormat | TableFormat:
+def _recognise(content: bytes, file: Path, log_format: str | None) -> LineFormat | TableFormat:
     """Return the format asked for, or that of the first line that one can read."""
+    if next(lines_of(content), None) is None:
+        raise LogError(f"{file}: the log is empty")
     if log_format in LINE_FORMATS:
         return LINE_FORMATS[log_format]
     tables = [table for table in TABLES if log_format in {None, table.name}]
     problem = f"{file}: no line of a known format ({', '.join(FORMATS)})"
-    for number, words in lines:
+    for number, words in lines_of(content):
         for table in tables:
             if table.fits(words):
                 return table

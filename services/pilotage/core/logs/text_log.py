@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from io import BytesIO
 
 from pilotage.core.logs.line_format import LineFormat
 from pilotage.core.logs.records import Record
@@ -49,19 +50,22 @@ class TableFormat:
 
 
 def lines_of(content: bytes) -> Iterator[Line]:
-    """Yield the lines that hold words and are no comments."""
-    for number, line in enumerate(content.splitlines(), start=1):
+    """Yield the lines that hold words and are no comments.
+
+    One by one: the words of all lines of a long log would take ten times its memory.
+    """
+    for number, line in enumerate(BytesIO(content), start=1):
         words = line.split()
         if words and not words[0].startswith(b"#"):
             yield number, words
 
 
-def read_lines(lines: list[Line], chosen: LineFormat) -> Readings:
+def read_lines(content: bytes, chosen: LineFormat) -> Readings:
     """Return the records of the lines, and number and problem of the damaged ones."""
-    parsers = chosen.parsers_for({words[0] for _, words in lines})
+    parsers = chosen.parsers_for({words[0] for _, words in lines_of(content)})
     records: list[Record] = []
     damaged: list[Damage] = []
-    for number, words in lines:
+    for number, words in lines_of(content):
         parse = parsers.get(words[0])
         if parse is not None:
             try:
