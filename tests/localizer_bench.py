@@ -18,7 +18,7 @@ from pilotage.core.raycast import cast_scan
 from pilotage.localizer.config import LocalizerSettings
 from pilotage.localizer.method import LocalizationMethod
 from pilotage.localizer.service import LocalizerService
-from pilotage.mapper.service import grid_message
+from pilotage.mapper.messages import grid_message
 from pilotage_schemas.codec import decode
 from pilotage_schemas.geometry import Pose2, Twist2
 from pilotage_schemas.localization import Belief, PoseEstimate

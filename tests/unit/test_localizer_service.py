@@ -18,7 +18,7 @@ from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.markov_localizer import MarkovLocalizer
 from pilotage.localizer.measurement import Measurement
 from pilotage.localizer.storage import MEMORY_FILE
-from pilotage.mapper.service import grid_message
+from pilotage.mapper.messages import grid_message
 from pilotage_schemas.commands import Done, Nothing, SetAlgorithm, SetPose
 from pilotage_schemas.geometry import Pose2
 

@@ -14,7 +14,8 @@ from pilotage.bus.fake import FakeFabric
 from pilotage.bus.node import Node
 from pilotage.core.map_files import map_digest, save_map
 from pilotage.mapper.config import MapperSettings
-from pilotage.mapper.service import MapperService, grid_message
+from pilotage.mapper.messages import grid_message
+from pilotage.mapper.service import MapperService
 from pilotage_schemas.codec import decode
 from pilotage_schemas.commands import LoadMap, MapLoaded
 from pilotage_schemas.mapping import OccupancyGrid

@@ -66,7 +66,8 @@ class Deployment(Settings):
     """One robot and its services.
 
     `endpoint` is the router's; without one the launcher picks a free port of this machine.
-    `run_dir` holds what this run must survive a crash with (snapshots); the launcher sets it.
+    `run_dir` holds what this run must survive a crash with (snapshots), `state_dir` what outlives
+    it (the map library); the launcher sets both.
     """
 
     robot: Annotated[str, Field(pattern=r"^[a-z0-9_]{1,32}$")] = "demo"
@@ -74,6 +75,7 @@ class Deployment(Settings):
     user: str | None = None
     password: str | None = None
     run_dir: ConfigPath | None = None
+    state_dir: ConfigPath | None = None
     services: dict[str, dict[str, Any] | None] = {}
     base: Path = Path()
 

@@ -48,7 +48,11 @@ def launch(
     deployment = _checked(path, overrides, table)
     settings = service_settings(deployment, "launcher", LauncherSettings)
     with run_folder(state_folder(), settings.keep_runs) as folder:
-        deployment = deployment.model_copy(update={"run_dir": deployment.run_dir or folder})
+        folders = {
+            "run_dir": deployment.run_dir or folder,
+            "state_dir": deployment.state_dir or state_folder(),
+        }
+        deployment = deployment.model_copy(update=folders)
         file = write_deployment(deployment, folder)
         ending = _run(deployment, settings, file, when_served, table)
     if ending is None:

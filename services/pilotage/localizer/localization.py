@@ -6,9 +6,9 @@ from typing import Literal
 import numpy as np
 
 from pilotage.core.grid import OccupancyMap
+from pilotage.core.odometry_watch import OdometrySample
 from pilotage.localizer.method import LocalizationMethod
 from pilotage.localizer.methods import MethodSetup, known, make_method, require_method
-from pilotage.localizer.odometry_watch import OdometrySample
 from pilotage.localizer.range_model import RangeTable
 from pilotage.localizer.storage import Choice, RunFolder, SightKey, Snapshot
 

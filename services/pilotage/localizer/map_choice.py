@@ -12,6 +12,7 @@ from pilotage.core.grid import OccupancyMap
 from pilotage.core.map_files import MapFileError, load_map, map_digest
 from pilotage.localizer.localization import Localization
 from pilotage.localizer.messages import world_of
+from pilotage.localizer.takeover import Takeover
 from pilotage_schemas.commands import MapLoaded, SetMap
 from pilotage_schemas.mapping import OccupancyGrid
 
@@ -23,8 +24,13 @@ class MapChoice:
     """
 
     def __init__(
-        self, node: Node, at: Localization, begin: Callable[[OccupancyMap, str], None]
+        self,
+        node: Node,
+        at: Localization,
+        takeover: Takeover,
+        begin: Callable[[OccupancyMap, str], None],
     ) -> None:
+        self._takeover = takeover
         self._node = node
         self._at = at
         self._begin = begin
@@ -34,7 +40,12 @@ class MapChoice:
         self._go_on_with_file()
 
     def take(self, grid: OccupancyGrid) -> None:
-        """Begin on the mapper's map; but a chosen file holds until the mapper serves another."""
+        """Begin on the mapper's map; but a chosen file holds until the mapper serves another.
+
+        Nobody localizes on a map in the making.
+        """
+        if grid.in_progress:
+            return
         self._served = grid
         choice = self._at.choice
         if choice.map_file and choice.served_id in ("", grid.map_id):
@@ -49,6 +60,7 @@ class MapChoice:
 
     def set_map(self, request: SetMap) -> MapLoaded:
         """Localize on a file, or on the mapper's map again; on any error the old map stays."""
+        self._takeover.require_own_pose()
         served = self._served
         try:
             if served is not None and request.map == served.map_id:

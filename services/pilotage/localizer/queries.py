@@ -10,6 +10,7 @@ from pilotage.localizer.localization import Localization
 from pilotage.localizer.messages import pose_array
 from pilotage.localizer.method import LocalizationMethod
 from pilotage.localizer.methods import NoMethodError
+from pilotage.localizer.takeover import Takeover
 from pilotage_schemas.commands import Done, Nothing, SetAlgorithm, SetMethod, SetPose
 
 METHOD_WORK_S = 60.0
@@ -22,16 +23,21 @@ ASSUMED = np.diag([0.25, 0.25, np.deg2rad(15.0) ** 2])
 class Queries:
     """Answers the localizer's queries.
 
-    `show` publishes the belief; `keep` lets what is known now outlive a crash, and nothing else.
+    `after` is what follows a change: publish the belief; let what is known now outlive a crash,
+    and nothing else.
     """
 
     def __init__(
-        self, node: Node, at: Localization, show: Callable[[], None], keep: Callable[[], None]
+        self,
+        node: Node,
+        at: Localization,
+        takeover: Takeover,
+        after: tuple[Callable[[], None], Callable[[], None]],
     ) -> None:
         self._node = node
         self._at = at
-        self._show = show
-        self._keep = keep
+        self._takeover = takeover
+        self._show, self._keep = after
         node.answer("set_pose", self.set_pose)
         node.answer("relocalize", self.relocalize)
         node.answer("set_algorithm", self.set_algorithm)
@@ -73,6 +79,7 @@ class Queries:
         return Done(detail=f"localizing by {request.method}")
 
     def _running(self) -> LocalizationMethod:
+        self._takeover.require_own_pose()
         if self._at.method is None:
             raise RefusedError("there is no map yet")
         return self._at.method

@@ -8,6 +8,7 @@ from pilotage.bus.endpoints import RejectedError
 from pilotage.bus.node import Node
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.odometry_buffer import OdometryBuffer
+from pilotage.core.odometry_watch import OdometrySample, restart_between
 from pilotage.localizer.compass_memory import CompassMemory
 from pilotage.localizer.config import LocalizerSettings
 from pilotage.localizer.localization import Localization
@@ -20,9 +21,10 @@ from pilotage.localizer.measurement import (
 )
 from pilotage.localizer.messages import belief_message, pose_array, pose_message, sightings_of
 from pilotage.localizer.method_setup import method_setup
-from pilotage.localizer.odometry_watch import OdometrySample, restart_between
 from pilotage.localizer.queries import Queries
 from pilotage.localizer.storage import Choice, RunFolder, Snapshot
+from pilotage.localizer.takeover import Takeover
+from pilotage_schemas.mapping import MappingStatus
 from pilotage_schemas.sensors import (
     Heading,
     LandmarkSightings,
@@ -63,14 +65,22 @@ class LocalizerService:
         self._waiting: tuple[int, Measurement] | None = None
         self._weighed_ns = self._awake_ns = 0
         self._sent_ns = {"pose": 0, "belief": 0, "memory": 0}
+        self._takeover = Takeover()
         self._pose = node.publisher("pose")
         self._belief = node.publisher("belief")
+        node.subscribe("mapping_status", self.take_mapping_status)
         node.subscribe("description", self.take_description)
         node.subscribe("odometry", self.take_odometry, depth=64)
         self._subscribe_sensors()
         node.when_idle(self._send_pose)
-        Queries(node, self._at, self._send_belief_now, lambda: self._at.save_known(self._newest))
-        MapChoice(node, self._at, self._begin_on)
+        Queries(node, self._at, self._takeover, (self._send_belief_now, self._save_known))
+        MapChoice(node, self._at, self._takeover, self._begin_on)
+
+    def take_mapping_status(self, status: MappingStatus) -> None:
+        """Fall silent while the mapper owns the pose; speak again when it leaves it."""
+        self._takeover.take(status)
+        self._pose.rest(is_resting=self._takeover.is_silent)
+        self._belief.rest(is_resting=self._takeover.is_mapping)
 
     def take_description(self, description: RobotDescription) -> None:
         """Note where the sensors sit."""
@@ -152,7 +162,7 @@ class LocalizerService:
         self._waiting = None
         method = self._at.method
         odom = self._odometry.pose_at(stamp_ns, EXTRAPOLATION_NS)
-        if method is None or stamp_ns < self._weighed_ns:
+        if method is None or stamp_ns < self._weighed_ns or self._takeover.is_mapping:
             return
         if odom is None:
             self._waiting = (stamp_ns, measurement)
@@ -173,11 +183,15 @@ class LocalizerService:
         with self._node.busy(MAP_WORK_S):
             snapshot = self._at.begin_on(world, map_id)
         self._waiting, self._weighed_ns = None, 0
-        if snapshot is not None:
+        handed_over = self._takeover.memory_on(map_id)
+        if handed_over is not None and self._at.method is not None:
+            self._at.method.resume(handed_over)
+        elif snapshot is not None:
             self._go_on_from(snapshot)
         elif self._at.choice.method == "mcl" and self._setup.start is not None:
             self._begin_as_amcl(*self._setup.start)
-        self._send_belief_now()
+        if handed_over is None:
+            self._send_belief_now()
 
     def _go_on_from(self, snapshot: Snapshot) -> None:
         """See whether odometry is still the one that the snapshot speaks of."""
@@ -216,7 +230,7 @@ class LocalizerService:
         """Publish the pose at the newest odometry, if that is due."""
         now, self._unsaid = self._unsaid, None
         method = self._at.method
-        if now is None or method is None:
+        if now is None or method is None or self._takeover.is_silent:
             return
         if self._is_due("pose", now.stamp_ns, POSE_PERIOD_NS):
             pose = method.pose_at(now.pose)
@@ -229,8 +243,13 @@ class LocalizerService:
     def _send_belief(self, stamp_ns: int) -> None:
         period = round(self._settings.belief_period * 1e9)
         method = self._at.method
-        if method is not None and self._is_due("belief", stamp_ns, period):
+        if method is None or self._takeover.is_mapping:
+            return
+        if self._is_due("belief", stamp_ns, period):
             self._belief.publish(belief_message(method, self._at.map_id, stamp_ns))
+
+    def _save_known(self) -> None:
+        self._at.save_known(self._newest)
 
     def _save(self, stamp_ns: int) -> None:
         if self._newest is not None and self._is_due("memory", stamp_ns, MEMORY_PERIOD_NS):

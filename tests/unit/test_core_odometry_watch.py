@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pilotage.localizer.odometry_watch import OdometrySample, restart_between
+from pilotage.core.odometry_watch import OdometrySample, restart_between
 
 BEFORE = OdometrySample(100, 5_000_000_000, np.array([1.0, 2.0, 0.3]))
 
