@@ -3,9 +3,11 @@
 Thrun, Burgard & Fox, Probabilistic Robotics, table 9.1, with bounded log-odds (Hornung et al. 2013,
 OctoMap), so that a changed world is learnt in a few scans. Beyond it:
 
-- What is hit becomes a wall only when it is hit again, there or beside, after `lasting_time` or
-  `lasting_travel`: who walks through sight and out of it leaves nothing. Scans that come farther
-  apart than half of that (key scans) have nobody to confirm them, and count at once.
+- Who walks through sight and out of it leaves nothing. A surface wider than a person is a wall at
+  once. What is narrow becomes one when it is hit again, there or in a cell beside, after
+  `lasting_time` or `lasting_travel`; a third of that does if something nearer hides part of it.
+  Key scans, which come too far apart to confirm each other, wait only for what is narrow and seen
+  whole.
 - A beam that ends on a wall at a grazing angle runs along its rough face before it ends; that part
   of it speaks neither for nor against the wall.
 """
@@ -33,6 +35,12 @@ from pilotage.mapper.laser_grid_params import LOG_ODDS_UNIT, LaserGridParams, ev
 
 DEFAULT_PARAMS = LaserGridParams()
 
+MOST_CELLS = 100_000_000
+"""A map of 500 m x 500 m, 0.8 GB; one that would be larger comes of a pose gone wrong."""
+
+FARTHEST = 1e7
+"""No laser is farther from the map's origin, m."""
+
 
 class LaserGrid:
     """What a laser has seen, drawn scan by scan."""
@@ -46,7 +54,7 @@ class LaserGrid:
         self._extent: Bounds | None = None
         self._stale: Bounds | None = None
         self._changed: Bounds | None = None
-        self._beams = np.empty((0, 4), np.int64)
+        self._beams = np.empty((0, 5), np.int64)
         self._clock = ScanClock(params)
 
     @property
@@ -64,17 +72,20 @@ class LaserGrid:
             ends: (n, 2) of the beams in the order of their bearings, map frame; beams with a NaN or
                 infinity are left out.
             is_hit: (n,) whether something is there; without, the way to the end is free.
-            stamp: s; without one, the scan counts as a key scan that stands for itself.
+            stamp: s; without one, the scan counts as a key scan.
+
+        Raises:
+            ValueError: the laser is nowhere or so far away that the map would be too large.
         """
         x, y = (float(value) for value in np.asarray(origin, np.float64))
-        if not (math.isfinite(x) and math.isfinite(y)):
+        if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST):
             raise ValueError(f"the laser is at ({x}, {y}): a scan from nowhere cannot be drawn")
         points = np.ascontiguousarray(ends, np.float64).reshape(-1, 2)
         hits = np.ascontiguousarray(is_hit, np.bool_)
         if len(hits) != len(points):
             raise ValueError(f"{len(points)} ends, but is_hit has {len(hits)}")
         if len(self._beams) < len(points):
-            self._beams = np.empty((len(points), 4), np.int64)
+            self._beams = np.empty((len(points), 5), np.int64)
         beams = self._beams[: len(points)]
         bounds = Bounds(*read_beams(beams, (x, y), points, hits, self._reading))
         self._make_room(bounds)
@@ -166,6 +177,8 @@ class LaserGrid:
         wanted = bounds.in_blocks().union(self._extent)
         if wanted == self._extent:
             return
+        if math.prod(wanted.shape) > MOST_CELLS:
+            raise ValueError(f"the map would grow to {wanted.shape} cells: is the pose right?")
         rows, cols = self._layers.evidence.shape
         row, col = self._corner
         if wanted.overlap(Bounds(row, row + rows, col, col + cols)) != wanted:

@@ -5,15 +5,18 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.mapper.laser_grid_kernels import Moment
+from pilotage.mapper.laser_grid_kernels import HIDDEN, LARGE, Moment
 from pilotage.mapper.laser_grid_params import TICKS, LaserGridParams
 
-ALONE = 0.5
-"""Scans farther apart than this share of a proof cannot wait for each other."""
+FAR = 0.5
+"""Scans farther apart than this share of a proof are key scans, which nothing else confirms."""
+
+SURE_OF_KEY_SCAN, SURE_OF_STREAM = HIDDEN, LARGE
+"""Surfaces that are walls at once: but what stands alone and narrow; only what is large."""
 
 
 class ScanClock:
-    """Counts what scans may prove: time and way since the first, in shares of a proof."""
+    """Counts time and way in shares of a proof: what is hit again a whole later is proven."""
 
     def __init__(self, params: LaserGridParams) -> None:
         self._params = params
@@ -32,7 +35,8 @@ class ScanClock:
         self._last = math.nan if stamp is None else stamp, x, y
         self._gaps = self._gaps[1], gap
         self._now += min(gap, 1.0)
-        return Moment(round(TICKS * self._now), min(self._gaps) >= ALONE)
+        sure_from = SURE_OF_KEY_SCAN if min(self._gaps) >= FAR else SURE_OF_STREAM
+        return Moment(round(TICKS * self._now), sure_from)
 
     def state(self) -> NDArray[np.float64]:
         """Return itself as an array (6,)."""

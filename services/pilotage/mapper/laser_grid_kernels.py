@@ -37,6 +37,9 @@ HIT_MARK = 2
 SHARE = 1 << 16
 """The share of a beam that it may graze its wall is counted in such parts."""
 
+ALONE, HIDDEN, LARGE = 0, 1, 2
+"""Surfaces: narrow and seen whole, narrow with something before it, wider than a person."""
+
 ROW_OF_SAME_WALL = 0.94
 """Cosine between the steps to the neighbouring ends of beams that end on one plane wall."""
 
@@ -54,22 +57,27 @@ class Layers(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """How beams become steps over cells; lengths in cells.
+    """How beams become steps over cells.
 
     `per_metre`: cells to a metre; `longest`: beams are cut there; `depth` of the face of a wall,
-    in which a grazing beam runs before it ends; `graze`: the longest such run.
+    in which a grazing beam runs before it ends; `graze`: the longest such run; all in cells. `gap`,
+    `piece`: ends no farther apart than the one are one surface, which is no person if its own ends
+    are farther apart than the other; m.
     """
 
     per_metre: float
     longest: float
     depth: float
     graze: float
+    gap: float
+    piece: float
 
 
 class Weights(NamedTuple):
     """`hit`, `miss`: how far evidence goes up or down; `low`, `high`: its limits, without bits.
 
-    `lasting`: ticks after which an obstacle that is hit again is proven.
+    `lasting`: ticks after which an obstacle that is hit again is proven; `glimpse`: ticks that do
+    for one that something hides in part.
     """
 
     hit: int
@@ -77,13 +85,14 @@ class Weights(NamedTuple):
     low: int
     high: int
     lasting: int
+    glimpse: int
 
 
 class Moment(NamedTuple):
-    """`tick` of the scan; `is_alone`: no scan was near enough in time and place to confirm it."""
+    """`tick` of the scan; the least surface on which a hit needs nothing to confirm it."""
 
     tick: int
-    is_alone: bool
+    sure_from: int
 
 
 class Place(NamedTuple):
@@ -137,9 +146,9 @@ def read_beams(
     is_hit: NDArray[np.bool_],
     reading: Reading,
 ) -> tuple[int, int, int, int]:
-    """Fill `beams` (n, 4): x, y on the raster, kind, and the share that may graze a wall.
+    """Fill `beams` (n, 5): x, y on the raster, kind, share that may graze its wall, surface.
 
-    Beams without a number for an end are skipped.
+    Beams of no length, or that have no number for an end, are skipped.
 
     Returns:
         The least and greatest row and col that the scan touches, greatest exclusive.
@@ -151,21 +160,65 @@ def read_beams(
         along_x = ends[i, 0] * reading.per_metre - start_x
         along_y = ends[i, 1] * reading.per_metre - start_y
         length = math.sqrt(along_x * along_x + along_y * along_y)
-        if not math.isfinite(length):
+        if not (math.isfinite(length) and length > 0.0):
             beams[i, 2] = SKIPPED
             continue
-        cut = min(1.0, reading.longest / length) if length > 0.0 else 1.0
-        x, y = raster(start_x + cut * along_x), raster(start_y + cut * along_y)
+        x, y = raster(ends[i, 0] * reading.per_metre), raster(ends[i, 1] * reading.per_metre)
+        beams[i, 2] = HIT if is_hit[i] else PASSING
+        if length > reading.longest:
+            cut = reading.longest / length
+            x, y = raster(start_x + cut * along_x), raster(start_y + cut * along_y)
+            beams[i, 2] = PASSING
         beams[i, 0], beams[i, 1] = x, y
-        beams[i, 2] = HIT if is_hit[i] and cut == 1.0 else PASSING
         beams[i, 3] = 0
-        if beams[i, 2] == HIT and length > 0.0:
+        if beams[i, 2] == HIT:
             sine = slant(ends, is_hit, i, origin)
             run = min(reading.graze, reading.depth * (1.0 / max(sine, 1e-6) - 1.0))
             beams[i, 3] = int(SHARE * min(1.0, run / length))
         low_x, high_x = min(low_x, x), max(high_x, x)
         low_y, high_y = min(low_y, y), max(high_y, y)
+    find_surfaces(beams, origin, ends, reading)
     return low_y // PARTS, high_y // PARTS + 1, low_x // PARTS, high_x // PARTS + 1
+
+
+@kernel
+def find_surfaces(
+    beams: NDArray[np.int64],
+    origin: tuple[float, float],
+    ends: NDArray[np.float64],
+    reading: Reading,
+) -> None:
+    """Say in `beams` what each hit may lie on: something `LARGE`, `HIDDEN` in part, or `ALONE`."""
+    first, last = 0, len(ends)
+    for i in range(1, last + 1):
+        if i < last and beams[i - 1, 2] == HIT and beams[i, 2] == HIT:
+            x, y = ends[i, 0] - ends[i - 1, 0], ends[i, 1] - ends[i - 1, 1]
+            if x * x + y * y <= reading.gap * reading.gap:
+                continue
+        x, y = ends[i - 1, 0] - ends[first, 0], ends[i - 1, 1] - ends[first, 1]
+        surface = ALONE
+        if x * x + y * y > reading.piece * reading.piece:
+            surface = LARGE
+        elif (first > 0 and ends_before(beams, origin, ends, (first - 1, first))) or (
+            i < last and ends_before(beams, origin, ends, (i, i - 1))
+        ):
+            surface = HIDDEN
+        beams[first:i, 4] = surface
+        first = i
+
+
+@kernel
+def ends_before(
+    beams: NDArray[np.int64],
+    origin: tuple[float, float],
+    ends: NDArray[np.float64],
+    pair: tuple[int, int],
+) -> bool:
+    """Return whether the first of a pair of beams hits something nearer than the other's end."""
+    x, y = ends[pair[0], 0] - origin[0], ends[pair[0], 1] - origin[1]
+    far_x, far_y = ends[pair[1], 0] - origin[0], ends[pair[1], 1] - origin[1]
+    is_nearer: bool = x * x + y * y < far_x * far_x + far_y * far_y
+    return is_nearer and beams[pair[0], 2] == HIT
 
 
 @kernel
@@ -206,8 +259,10 @@ def mark_beam(
 
 
 @kernel
-def learn_hit(layers: Layers, cell: tuple[int, int], weights: Weights, moment: Moment) -> None:
-    """Add a hit to a cell; it proves obstacles here and beside that stood long enough."""
+def learn_hit(
+    layers: Layers, cell: tuple[int, int], surface: int, weights: Weights, moment: Moment
+) -> None:
+    """Add a hit on a surface to a cell; obstacles are proven that are wide or stood long enough."""
     row, col = cell
     evidence, since = layers.evidence, layers.since
     before = int(evidence[row, col])
@@ -217,12 +272,10 @@ def learn_hit(layers: Layers, cell: tuple[int, int], weights: Weights, moment: M
     else:
         bits |= before & PROVEN
     level = min((before & -STEP) + weights.hit, weights.high)
-    if (
-        level > 0
-        and not bits & PROVEN
-        and (moment.is_alone or prove_beside(layers, cell, moment.tick - weights.lasting))
-    ):
-        bits |= PROVEN
+    if level > 0 and not bits & PROVEN:
+        lasting = weights.lasting if surface == ALONE else weights.glimpse
+        if surface >= moment.sure_from or prove_beside(layers, cell, moment.tick - lasting):
+            bits |= PROVEN
     evidence[row, col] = level | bits
 
 
@@ -263,7 +316,7 @@ def insert_beams(
 ) -> None:
     """Draw a scan: a cell learns from it once, and a hit counts more than any beam that passes.
 
-    `beams` (n, 4) are as `read_beams` fills them; the layers hold all of the window of `place`.
+    `beams` (n, 5) are as `read_beams` fills them; the layers hold all of the window of `place`.
     """
     corner, start, window = place
     marks = layers.marks.reshape(-1)
@@ -278,7 +331,7 @@ def insert_beams(
         row, col = beams[i, 1] // PARTS - corner[0], beams[i, 0] // PARTS - corner[1]
         if beams[i, 2] == HIT and layers.marks[row, col] != HIT_MARK:
             layers.marks[row, col] = HIT_MARK
-            learn_hit(layers, (row, col), weights, moment)
+            learn_hit(layers, (row, col), beams[i, 4], weights, moment)
     for i in range(len(beams)):
         if beams[i, 2] == HIT:
             row, col = beams[i, 1] // PARTS - corner[0], beams[i, 0] // PARTS - corner[1]
@@ -300,10 +353,10 @@ def warm_up() -> None:
         np.zeros((size, size), np.int32),
         np.zeros((size, size), np.uint8),
     )
-    beams = np.zeros((1, 4), np.int64)
+    beams = np.zeros((1, 5), np.int64)
     ends, is_hit = np.ones((1, 2)), np.ones(1, bool)
-    window = read_beams(beams, (0.5, 0.5), ends, is_hit, Reading(1.0, 9.0, 1.0, 9.0))
-    moment = Moment(1, is_alone=True)
-    weights = Weights(STEP, STEP, -STEP, STEP, 1)
+    window = read_beams(beams, (0.5, 0.5), ends, is_hit, Reading(1.0, 9.0, 1.0, 9.0, 1.0, 1.0))
+    moment = Moment(1, ALONE)
+    weights = Weights(STEP, STEP, -STEP, STEP, 1, 1)
     place = Place((0, 0), (raster(0.5), raster(0.5)), window)
     insert_beams(layers, beams, place, weights, moment)

@@ -11,6 +11,9 @@ LOG_ODDS_UNIT = 256
 TICKS = 1000
 """Ticks of the clock to a proof."""
 
+GLIMPSE = 0.3
+"""Share of a proof that does for an obstacle that something hides in part."""
+
 
 @dataclass(frozen=True)
 class LaserGridParams:
@@ -30,10 +33,14 @@ class LaserGridParams:
     """An obstacle is a wall if it is hit again after so many s."""
     lasting_travel: float = 0.5
     """Or after the laser went so many m."""
-    wall_depth: float = 0.05
-    """Roughness of a wall's face with the error of poses, m."""
-    graze_max: float = 1.0
+    wall_depth_cells: float = 1.0
+    """How deep the faces of walls lie in their cells, with the error of poses."""
+    graze_max: float = 2.0
     """Of a beam that grazes a wall at most so many m are disregarded."""
+    surface_gap: float = 0.25
+    """Ends of neighbouring beams this near are one surface, m."""
+    person_width: float = 1.0
+    """A surface longer than this is no person, nor two, and needs not last, m."""
     range_max: float = 80.0
     """Beams are cut there, m."""
 
@@ -49,15 +56,16 @@ class LaserGridParams:
     @property
     def reading(self) -> Reading:
         """How beams become cells."""
-        lengths = self.range_max, self.wall_depth, self.graze_max
-        return Reading(1.0 / self.resolution, *(length / self.resolution for length in lengths))
+        longest, graze = self.range_max / self.resolution, self.graze_max / self.resolution
+        gap, piece = self.surface_gap, self.person_width
+        return Reading(1.0 / self.resolution, longest, self.wall_depth_cells, graze, gap, piece)
 
     @property
     def weights(self) -> Weights:
         """What cells learn."""
         limit = evidence_of(self.limit_log_odds)
         hit, miss = evidence_of(self.hit_log_odds), evidence_of(self.miss_log_odds)
-        return Weights(hit, miss, -limit, limit, TICKS)
+        return Weights(hit, miss, -limit, limit, TICKS, round(TICKS * GLIMPSE))
 
 
 def evidence_of(log_odds: float) -> int:
