@@ -117,6 +117,23 @@ def test_report_has_the_keys_that_others_rely_on(desk: Desk) -> None:
     assert (report["sensor"], report["closures"], report["skipped_lines"]) == ("laser", 0, 0)
 
 
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_is_shown_on_a_terminal_only(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert desk.run() == 0
+    assert capsys.readouterr() == ("", "")
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    assert desk.run() == 0
+    assert "mapping" in terminal.getvalue()
+    assert "10/10" in terminal.getvalue()
+
+
 def test_sonar_is_mapped_with_on_request_and_where_there_is_no_laser(desk: Desk) -> None:
     assert desk.run("--sensor", "sonar") == 0
     assert desk.report["sensor"] == "sonar"

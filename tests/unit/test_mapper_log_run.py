@@ -79,6 +79,12 @@ def test_scans_with_odometry_give_it_to_a_log_without() -> None:
     assert poses == [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)]
 
 
+def test_what_comes_twice_is_fed_once() -> None:
+    log = log_of(*(record for _ in range(2) for record in (odometry(1.0, 0.0), scan(1.0))))
+    kinds = [type(record).__name__ for record in records_of(log, LASER)]
+    assert kinds == ["OdometryRecord", "ScanRecord"]
+
+
 def test_compass_commands_and_the_chosen_sensor_are_fed() -> None:
     others = HeadingRecord(1.0, 0.1, 0.1), CommandRecord(1.0, 0.2, 0.0)
     truth = TruthRecord(1.0, (0.0, 0.0, 0.0))

@@ -3,6 +3,8 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import compress, pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,8 @@ from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.core.logs import Log, OdometryRecord, Pose, Record, ScanRecord, SonarRecord
 from pilotage.mapper.method import MappingMethod
+
+Stamped = TypeVar("Stamped", OdometryRecord, ScanRecord)
 
 NARROW_CONE = math.radians(10.0)
 """Rangers with a cone up to this are as good as the beams of a laser."""
@@ -39,9 +43,9 @@ def sensor_of(log: Log) -> str:
 def records_of(log: Log, use: LogUse) -> list[Record]:
     """Return what a method is fed with, in order of time, each scan with its odometry.
 
-    Sonar rounds are left out for the laser and scans for the sonar. Scans that say their odometry
-    where the log has no line for it give the method one. Narrow rangers count as a laser of few
-    beams where there is no laser.
+    Sonar rounds are left out for the laser and scans for the sonar, and what comes twice. Scans
+    that say their odometry where the log has no line for it give the method one. Narrow rangers
+    count as a laser of few beams where there is no laser.
 
     Raises:
         UnusableLogError: no measurement of this sensor, or no odometry.
@@ -49,7 +53,7 @@ def records_of(log: Log, use: LogUse) -> list[Record]:
     measured = _measured(log, use)
     if not measured:
         raise UnusableLogError(f"the log has no {use.sensor} measurements")
-    odometry = log.odometry or _odometry_of_scans(measured)
+    odometry = _without_repeats(log.odometry or _odometry_of_scans(measured))
     if not odometry:
         raise UnusableLogError("the log has no odometry, without which nothing is mapped")
     others = [
@@ -112,7 +116,13 @@ def _measured(log: Log, use: LogUse) -> list[ScanRecord | SonarRecord]:
     if use.sensor == "sonar":
         return list(rounds)
     scans = log.scans or tuple(scan for r in rounds if (scan := as_scan(r)) is not None)
-    return [thinned(scan, use.beams) for scan in scans]
+    return [thinned(scan, use.beams) for scan in _without_repeats(scans)]
+
+
+def _without_repeats(records: tuple[Stamped, ...]) -> tuple[Stamped, ...]:
+    """Return the records that are newer than the one before: a repeated one is no news."""
+    is_newer = [True, *(record.stamp > last.stamp for last, record in pairwise(records))]
+    return tuple(compress(records, is_newer))
 
 
 def _odometry_of_scans(measured: list[ScanRecord | SonarRecord]) -> tuple[OdometryRecord, ...]:
