@@ -16,8 +16,8 @@ MAX_WAITING = 16
 THREADS_FOR_STOP = 8
 """A robot that does not answer must not keep `stop` from being sent: it has threads left."""
 
-UNLOGGED = frozenset({"velocity"})
-"""Commands that come many times a second while somebody drives; only their refusal is news."""
+UNLOGGED = frozenset({"velocity", "map_list", "map_fetch"})
+"""What changes nothing, or comes many times a second while somebody drives: no news but refused."""
 
 
 class Commander:

@@ -6,10 +6,13 @@ from functools import cached_property
 
 import cbor2
 
+from pilotage.gateway.growing_map import GrowingMap
 from pilotage.gateway.latency import LatencyStatistics
 from pilotage.gateway.stream import Item
 from pilotage.gateway.trajectory import Trajectory
+from pilotage_schemas.codec import encode
 from pilotage_schemas.localization import PoseEstimate
+from pilotage_schemas.mapping import GridPatch, OccupancyGrid
 from pilotage_schemas.message import Message
 from pilotage_schemas.sensors import RobotStatus
 
@@ -19,11 +22,14 @@ MAX_SOURCES = 64
 
 @dataclass(frozen=True)
 class Received:
-    """One message as it came off the bus; `received_ns` by the gateway's clock."""
+    """One message as it came off the bus; `received_ns` by the gateway's clock.
+
+    Without a payload the message was put together here.
+    """
 
     topic: str
     service: str
-    payload: bytes
+    payload: bytes | None
     message: Message
     received_ns: int
 
@@ -40,7 +46,8 @@ class Received:
     @cached_property
     def envelope(self) -> bytes:
         """The message in the form it has on the stream; made once for all clients."""
-        return envelope(self.topic, self.payload, self.service, self.received_ns, self.age_ms)
+        payload = encode(self.message) if self.payload is None else self.payload
+        return envelope(self.topic, payload, self.service, self.received_ns, self.age_ms)
 
 
 def envelope(
@@ -68,16 +75,22 @@ class LiveState:
     def __init__(self) -> None:
         self.trajectory = Trajectory()
         self.latency = LatencyStatistics()
+        self.map = GrowingMap()
         self._newest: dict[str, dict[str, Received]] = {}
 
     def take(self, received: Received) -> None:
-        """Remember a message."""
+        """Remember a message; a patch becomes part of the map."""
+        if isinstance(received.message, GridPatch):
+            self._take_patch(received, received.message)
+            return
         sources = self._newest.setdefault(received.topic, {})
         if received.service not in sources and len(sources) >= MAX_SOURCES:
             return
         sources[received.service] = received
         if self._is_real_time():
             self.latency.add(received.topic, received.age_ms)
+        if isinstance(received.message, OccupancyGrid):
+            self._take_map(received, received.message)
         if isinstance(received.message, PoseEstimate):
             self.trajectory.add(received.message)
 
@@ -96,6 +109,22 @@ class LiveState:
         """Yield the newest of every topic and service."""
         for sources in self._newest.values():
             yield from sources.values()
+
+    def _take_map(self, received: Received, grid: OccupancyGrid) -> None:
+        self.map.take(grid)
+        if self.map.revision:
+            self._remember_map(received)
+
+    def _take_patch(self, received: Received, patch: GridPatch) -> None:
+        if self.map.lay(patch):
+            self._remember_map(received)
+
+    def _remember_map(self, cause: Received) -> None:
+        """Let the newest map be the patched one."""
+        grid = self.map.grid
+        if grid is not None:
+            made = Received("map", cause.service, None, grid, cause.received_ns)
+            self._newest["map"] = {cause.service: made}
 
     def _is_real_time(self) -> bool:
         """Say whether stamps are of this clock: a log replayed faster runs ahead of it."""

@@ -16,6 +16,7 @@ from pilotage.gateway.live_state import LiveState, Received, envelope
 from pilotage.gateway.map_files import MapFiles
 from pilotage.gateway.stream import Hub, Item
 from pilotage.gateway.watch import Watch
+from pilotage_schemas.mapping import GridPatch
 from pilotage_schemas.message import Message
 from pilotage_schemas.topics import EVERYONE, TOPICS
 
@@ -70,7 +71,17 @@ class GatewayService:
         received = Received(topic, service, sample.payload, message, now_ns)
         self.state.take(received)
         self._watch.see(message, now_ns)
-        self.hub.publish(*received.item)
+        if isinstance(message, GridPatch):
+            self._pass_on_patch(received, message)
+        else:
+            self.hub.publish(*received.item)
+
+    def _pass_on_patch(self, received: Received, patch: GridPatch) -> None:
+        """Patches do not replace each other, as messages of other topics do."""
+        whole = self.state.newest("map")
+        if whole is not None:
+            _, make = received.item
+            self.hub.publish_step(("map_patch", f"mapper {patch.seq}"), make, whole.item)
 
     def _poll_link(self) -> None:
         is_linked = self.node.fabric.is_connected()

@@ -15,6 +15,10 @@ Item = tuple[Key, Callable[[], bytes]]
 """What is sent in place of what waits under the same key, made when it is sent."""
 
 
+MOST_STEPS = 32
+"""So many patches of a map wait for a slow client at most; then it gets the whole map."""
+
+
 class Outbox:
     """What waits to be sent to one client."""
 
@@ -31,6 +35,21 @@ class Outbox:
             return
         self._pending[key] = make
         self._wake.set()
+
+    def put_step(self, key: Key, make: Callable[[], bytes], whole: Item) -> None:
+        """Let `make()` be sent after all steps of its topic that still wait.
+
+        A client that is so slow that `MOST_STEPS` wait gets `whole` in place of them all.
+        """
+        if self._is_paused or (self._topics is not None and key[0] not in self._topics):
+            return
+        waiting = [other for other in self._pending if other[0] == key[0]]
+        if len(waiting) < MOST_STEPS:
+            self.put(key, make)
+            return
+        for other in waiting:
+            del self._pending[other]
+        self.put(*whole)
 
     def put_own(self, name: str, data: bytes) -> None:
         """Send an answer of the gateway itself, paused or not, whatever was asked for."""
@@ -116,6 +135,11 @@ class Hub:
         """Offer a message to every outbox; it is made only if somebody takes it."""
         for outbox in self._outboxes:
             outbox.put(key, make)
+
+    def publish_step(self, key: Key, make: Callable[[], bytes], whole: Item) -> None:
+        """Offer to every outbox a message that means nothing without those before it."""
+        for outbox in self._outboxes:
+            outbox.put_step(key, make, whole)
 
     def close(self) -> None:
         """End every stream and admit no more."""

@@ -3,7 +3,7 @@
 from pilotage.gateway.event_log import EventLog, Severity
 from pilotage_schemas.health import Deployment, Process
 from pilotage_schemas.localization import PoseEstimate
-from pilotage_schemas.mapping import OccupancyGrid
+from pilotage_schemas.mapping import MappingStatus, OccupancyGrid
 from pilotage_schemas.message import Message
 
 STATE_WORDS = {
@@ -25,6 +25,7 @@ class Watch:
         self._events = events
         self._pose_state: str | None = None
         self._map_id: str | None = None
+        self._mapping = MappingStatus(stamp_ns=0, frame_id="map", mode="idle")
         self._processes: dict[str, Process] = {}
 
     def see(self, message: Message, now_ns: int) -> None:
@@ -34,6 +35,8 @@ class Watch:
                 self._see_pose(message, now_ns)
             case OccupancyGrid():
                 self._see_map(message, now_ns)
+            case MappingStatus():
+                self._see_mapping(message, now_ns)
             case Deployment():
                 for process in message.processes:
                     self._see_process(process, now_ns)
@@ -46,12 +49,24 @@ class Watch:
         self._pose_state = state
 
     def _see_map(self, grid: OccupancyGrid, now_ns: int) -> None:
+        if grid.in_progress:
+            return
         if grid.map_id != self._map_id:
             rows, cols = grid.cells.shape
             width, height = cols * grid.resolution, rows * grid.resolution
             text = f"Map {grid.name} in use, {width:.0f} m x {height:.0f} m"
             self._events.append(now_ns, "map", "info", text)
         self._map_id = grid.map_id
+
+    def _see_mapping(self, status: MappingStatus, now_ns: int) -> None:
+        before, self._mapping = self._mapping, status
+        if status.mode == "mapping" and before.since_ns != status.since_ns:
+            self._events.append(now_ns, "map", "info", f"A map is made by {status.sensor}")
+        elif status.mode == "mapping" and status.redraws > before.redraws:
+            self._events.append(now_ns, "map", "info", "A loop was closed: the map is drawn anew")
+        elif status.mode == "idle" and before.mode != "idle":
+            text = f"The map is finished, of {status.steps} measurements"
+            self._events.append(now_ns, "map", "info", text)
 
     def _see_process(self, process: Process, now_ns: int) -> None:
         before = self._processes.get(process.name)

@@ -8,7 +8,7 @@ from fastapi.responses import JSONResponse
 
 from pilotage.gateway.json_form import BadRequestError, from_json, schema_of, to_json
 from pilotage.gateway.problems import ProblemError, responses
-from pilotage.gateway.routes.shared import ROBOT_PREFIX, Robot, ok, operator_only
+from pilotage.gateway.routes.shared import ROBOT_PREFIX, Robot, body_of, ok, operator_only
 from pilotage_schemas.topics import QUERIES, Query
 
 router = APIRouter(tags=["commands"], dependencies=[Depends(operator_only)])
@@ -57,22 +57,12 @@ EXAMPLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 def _command(query: Query) -> Callable[[Request, Robot], Awaitable[JSONResponse]]:
     async def command(request: Request, service: Robot) -> JSONResponse:
         try:
-            wanted = from_json(query.request, await _body(request))
+            wanted = from_json(query.request, await body_of(request, MAX_BODY))
         except BadRequestError as error:
             raise ProblemError(422, str(error)) from error
         return JSONResponse(to_json(await service.commander.carry_out(query, wanted)))
 
     return command
-
-
-async def _body(request: Request) -> bytes:
-    """Return the body; ProblemError 413 as soon as it is too large."""
-    body = bytearray()
-    async for chunk in request.stream():
-        body += chunk
-        if len(body) > MAX_BODY:
-            raise ProblemError(413, f"a command has at most {MAX_BODY} bytes")
-    return bytes(body)
 
 
 def _described_body(query: Query) -> dict[str, Any]:

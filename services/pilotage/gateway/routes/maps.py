@@ -62,7 +62,8 @@ PNG, PGM, YAML = "image/png", "image/x-portable-graymap", "application/yaml"
 
 def _file(media_type: str, schema: dict[str, Any]) -> dict[int | str, dict[str, Any]]:
     content = {media_type: {"schema": schema}}
-    headers = {"ETag": {"schema": {"type": "string"}, "description": "the map's id"}}
+    says = "the map's id; of a map in the making with its number of changes"
+    headers = {"ETag": {"schema": {"type": "string"}, "description": says}}
     found = {200: {"description": "OK", "content": content, "headers": headers}}
     return found | NOT_MODIFIED | responses(404)
 
@@ -120,7 +121,8 @@ async def _rendered(
 ) -> Response:
     """Return the file, or that the caller has it already."""
     grid = _grid(service)
-    tag = f'"{quote(grid.map_id)}"'
+    revision = service.state.map.revision
+    tag = f'"{quote(grid.map_id)}.{revision}"' if revision else f'"{quote(grid.map_id)}"'
     headers = {"etag": tag, "cache-control": "private, no-cache"}
     if _has(request.headers.get("if-none-match", ""), tag):
         return Response(status_code=304, headers=headers)

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any
 
-from fastapi import Depends, Path
+from fastapi import Depends, Path, Request
 from fastapi.requests import HTTPConnection
 
 from pilotage.gateway.json_form import schema_of, to_json
@@ -41,6 +41,16 @@ def operator_only(connection: HTTPConnection) -> None:
     """Refuse those who may only look."""
     if connection.scope["state"].get("role") != "operator":
         raise ProblemError(403, "a viewer's token does not allow commands")
+
+
+async def body_of(request: Request, most: int) -> bytes:
+    """Return the body; ProblemError 413 as soon as it has more than `most` bytes."""
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > most:
+            raise ProblemError(413, f"at most {most} bytes are taken")
+    return bytes(body)
 
 
 def newest_of(service: GatewayService, topic: str) -> Received:
