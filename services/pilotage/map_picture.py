@@ -21,7 +21,7 @@ MARGIN = 0.03
 
 LONGER_SIDE = 11.0
 """Inches; with DPI this is what a cell a pixel comes to for a building of 80 m."""
-DPI, FEWEST_PIXELS, MOST_PIXELS = 150, 800, 4000
+DPI, FEWEST_PIXELS, MOST_PIXELS = 150, 800, 3000
 
 POINTS_DRAWN = 5000
 """Of the way: more are not told apart."""
@@ -51,29 +51,56 @@ def map_picture(world: OccupancyMap, poses: NDArray[np.float64], title: str) -> 
 
 def _shown(world: OccupancyMap, poses: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the lower left and the upper right corner (2, 2) of what is worth showing."""
-    known = world.geometry.centres_of(np.argwhere(world.cells >= 0))
-    points = np.concatenate([known, poses[:, :2], np.zeros((1, 2))[: not len(poses)]])
+    low_row, high_row, low_col, high_col = _known_box(world.cells)
+    corners = [(row, col) for row in (low_row, high_row) for col in (low_col, high_col)]
+    known = world.geometry.centres_of(np.array(corners) - 0.5)
+    points = np.concatenate([known, poses[:, :2]])
     low, high = points.min(axis=0), points.max(axis=0)
-    margin = max(MARGIN * float((high - low).max()), 2.0 * world.geometry.resolution)
+    margin = MARGIN * float((high - low).max())
     return np.array([low - margin, high + margin])
 
 
+def _known_box(cells: NDArray[np.int8]) -> tuple[int, int, int, int]:
+    """Return first row, last row + 1, first column and last column + 1 that hold known cells."""
+    rows, cols = (np.flatnonzero((cells >= 0).any(axis=axis)) for axis in (1, 0))
+    if len(rows) == 0:
+        return 0, cells.shape[0], 0, cells.shape[1]
+    return int(rows[0]), int(rows[-1]) + 1, int(cols[0]), int(cols[-1]) + 1
+
+
 def _draw_map(axes: Axes, world: OccupancyMap) -> None:
+    low_row, high_row, low_col, high_col = _known_box(world.cells)
+    step = max(1, -(-max(high_row - low_row, high_col - low_col) // MOST_PIXELS))
+    cells = shrunk(np.sign(world.cells[low_row:high_row, low_col:high_col]), step)
+    side = world.geometry.resolution
+    left, bottom = low_col * side, low_row * side
+    width, height = cells.shape[1] * step * side, cells.shape[0] * step * side
     x, y, theta = world.geometry.origin
-    width, height = world.geometry.size_m
     place = Affine2D().rotate(theta).translate(x, y)
     axes.set_facecolor(UNKNOWN_SHADE)
     axes.imshow(
-        np.sign(world.cells),
+        cells,
         cmap=SHADES,
         vmin=-1,
         vmax=1,
         origin="lower",
-        extent=(0.0, width, 0.0, height),
+        extent=(left, left + width, bottom, bottom + height),
         interpolation="antialiased" if theta == 0.0 else "nearest",
         interpolation_stage="rgba",
         transform=place + axes.transData,
     )
+
+
+def shrunk(cells: NDArray[np.int8], step: int) -> NDArray[np.int8]:
+    """Return cells of -1, 0 and 1 by blocks of `step` x `step`, the highest of each block.
+
+    Walls count before what is free, and that before what is unknown: thin walls stay.
+    """
+    rows, cols = (-(-size // step) for size in cells.shape)
+    padded = np.full((rows * step, cols * step), -1, np.int8)
+    padded[: cells.shape[0], : cells.shape[1]] = cells
+    blocks: NDArray[np.int8] = padded.reshape(rows, step, cols, step).max(axis=(1, 3))
+    return blocks
 
 
 def _draw_way(axes: Axes, poses: NDArray[np.float64]) -> None:

@@ -12,7 +12,7 @@ from drawing import draw
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.logs import OdometryRecord, ScanRecord
 from pilotage.core.map_files import load_map, save_map_files
-from pilotage.map_picture import map_picture, round_length
+from pilotage.map_picture import map_picture, round_length, shrunk
 from pilotage.mapper.map_products import (
     decided,
     finish,
@@ -133,6 +133,24 @@ def test_picture_is_drawn_of_any_way(count: int) -> None:
     way[:, 0] = np.linspace(0.0, 1.0, count)
     image = Image.open(io.BytesIO(map_picture(ROOM, way, "a room")))
     assert max(image.size) < 4500
+
+
+def test_thin_walls_stay_where_a_large_map_is_shrunk() -> None:
+    cells = np.full((5, 7), -1, np.int8)
+    cells[:, 1:5], cells[2, :] = 0, 1
+    assert shrunk(cells, 2).tolist() == [[0, 0, 0, -1], [1, 1, 1, 1], [0, 0, 0, -1]]
+    assert shrunk(cells, 1).tolist() == cells.tolist()
+
+
+def test_large_map_is_drawn_in_little_memory() -> None:
+    large = OccupancyMap(GridGeometry(6000, 200, 0.05), np.zeros((6000, 200), np.int8))
+    image = Image.open(io.BytesIO(map_picture(large, np.zeros((0, 3)), "a corridor")))
+    assert max(image.size) < 3500
+
+
+def test_map_of_nothing_is_drawn() -> None:
+    nothing = OccupancyMap(ROOM.geometry, np.full_like(ROOM.cells, -1))
+    assert map_picture(nothing, np.zeros((0, 3)), "nothing").startswith(b"\x89PNG")
 
 
 def test_turned_map_is_drawn_where_it_lies() -> None:
