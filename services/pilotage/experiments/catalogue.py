@@ -3,7 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pilotage.experiments import corridor, kidnap, square_hall
+from pilotage.experiments import (
+    corridor,
+    kidnap,
+    narrow_opening,
+    sonar_complex,
+    sonar_simple,
+    square_hall,
+)
 from pilotage.experiments.outcome import Outcome, Request
 
 
@@ -39,5 +46,23 @@ CATALOGUE = {
         "Wu & Bell 2003, example 1",
         20,
         kidnap.conduct,
+    ),
+    "sonar-simple": Experiment(
+        "sonar maps of a simple hall: commands and compass quarter the error of the pose",
+        "Li 2008, tables 5-1 and 5-2",
+        20,
+        sonar_simple.conduct,
+    ),
+    "sonar-complex": Experiment(
+        "sonar maps of a hall with turns: poses, rotations and noise, by model",
+        "Li 2008, tables 5-3 and 5-4",
+        20,
+        sonar_complex.conduct,
+    ),
+    "narrow-opening": Experiment(
+        "an opening of 0.40 m: the centre line closes it, the improved ATM opens it best",
+        "Li 2008, figures 5-8 to 5-10 and table 5-5",
+        20,
+        narrow_opening.conduct,
     ),
 }

@@ -74,7 +74,7 @@ def draw_place(axes: Axes, world: OccupancyMap) -> None:
     """Draw the walls of a map whose axes are the map frame's."""
     walls = np.ma.masked_equal(world.is_wall, 0)
     axes.imshow(
-        walls, cmap="binary", vmin=0, vmax=1.4, origin="lower", extent=_extent(world.geometry)
+        walls, cmap="binary", vmin=0, vmax=1.4, origin="lower", extent=extent_of(world.geometry)
     )
     axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
 
@@ -86,7 +86,13 @@ def draw_belief(
     darkest = np.max([marginal / marginal.max() for marginal in marginals], axis=0)
     shade = np.ma.masked_less(1.0 + np.log10(np.maximum(darkest, FAINTEST)) / 3.0, 1e-6)
     axes.imshow(
-        shade, cmap="Greys", vmin=0, vmax=1.3, origin="lower", extent=_extent(geometry), zorder=0.5
+        shade,
+        cmap="Greys",
+        vmin=0,
+        vmax=1.3,
+        origin="lower",
+        extent=extent_of(geometry),
+        zorder=0.5,
     )
 
 
@@ -106,7 +112,7 @@ def draw_arrows(axes: Axes, poses: ArrayLike, colour: str, label: str) -> None:
     )  # fmt: skip
 
 
-def _extent(geometry: GridGeometry) -> tuple[float, float, float, float]:
+def extent_of(geometry: GridGeometry) -> tuple[float, float, float, float]:
     """Return left, right, bottom and top [m] of a grid that is not turned."""
     x, y, _ = geometry.origin
     width, height = geometry.size_m
