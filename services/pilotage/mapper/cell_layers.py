@@ -57,6 +57,16 @@ class CellLayers:
         """Where the cells lie."""
         return GridGeometry(*self.shape, self.resolution, (*self.corner, 0.0))
 
+    @property
+    def box(self) -> Box | None:
+        """The box about all cells; None while there are none."""
+        if self.log_odds.size == 0:
+            return None
+        # Half a cell inside: the upper border belongs to the next cell.
+        (x, y), (rows, cols), half = self.corner, self.shape, 0.5 * self.resolution
+        far_x, far_y = x + cols * self.resolution, y + rows * self.resolution
+        return x + half, far_x - half, y + half, far_y - half
+
     def cover(self, box: Box) -> bool:
         """Grow until a box lies inside; return False if it is too far away."""
         low_x, high_x, low_y, high_y = box
@@ -82,7 +92,9 @@ class CellLayers:
 
     def remember(self) -> dict[str, NDArray[np.generic]]:
         """Return all that `resume` needs."""
-        layers: dict[str, NDArray[np.generic]] = {name: getattr(self, name) for name in LAYERS}
+        layers: dict[str, NDArray[np.generic]] = {
+            name: getattr(self, name).copy() for name in LAYERS
+        }
         return {**layers, "first": np.array(self.first)}
 
     def resume(self, memory: Mapping[str, NDArray[np.generic]]) -> None:

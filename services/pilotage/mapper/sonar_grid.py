@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pilotage.core.grid import OCCUPIED_FROM, UNKNOWN, OccupancyMap
+from pilotage.core.grid import OCCUPIED_FROM, UNKNOWN, GridGeometry, OccupancyMap
 from pilotage.mapper.cell_layers import Box, CellLayers, both
 from pilotage.mapper.echo_memory import EchoMemory, EchoMemoryParams
 from pilotage.mapper.sonar_arcs import ArcCrossings
@@ -32,10 +32,12 @@ class SonarGridParams:
     """Side of a cell, m."""
     range_sigma: float = 0.03
     """delta of (3-10): how well a range is known, m; never drawn thinner than 3/4 of a cell."""
-    visible_share: float = 0.3
-    """rho_v of (3-8) as a share of the maximum range: the thesis's 1.2 m of 4.0."""
+    visible_share: float = 0.6
+    """rho_v of (3-8) as a share of the maximum range (the thesis's is 1.2 m of 4.0)."""
     certainty: float = 0.6
     """Certainty of the best single reading, 0 to 1; the thesis's 1 would decide for ever."""
+    point_certainty: float = 0.84
+    """The same of a place on the arc found by crossings."""
     limit: float = 6.0
     """Log-odds beyond which more of the same adds nothing, so that a changed world is believed."""
     slice_rounds: int = 5
@@ -85,17 +87,18 @@ class SonarGrid:
 
     def map(self) -> OccupancyMap:
         """Return the map of all that was heard so far; cells in no cone are unknown."""
-        if self._is_placing:
-            self._cover(self._echoes.waiting())
+        waiting = self._echoes.waiting()
+        self._cover(waiting)
         layers = self._cells
+        if layers.log_odds.size == 0:
+            return nothing_known(self.params.resolution)
         said = layers.log_odds + layers.recent
-        if self._is_placing:
-            self._add_to(said, self._echoes.waiting())
+        self._add_to(said, waiting)
         cells = np.round(100.0 / (1.0 + np.exp(-said))).astype(np.int8)
         if self.params.temporal_filter:
             cells = filtered(cells, VERDICTS[layers.counts, layers.votes])
-        cells[(said == 0.0) & (layers.counts == 0)] = UNKNOWN
-        return OccupancyMap(self._cells.geometry, cells)
+        cells[said == 0.0] = UNKNOWN
+        return OccupancyMap(layers.geometry, cells)
 
     def crossings(self) -> ArcCrossings:
         """Return all transversal crossings of the arcs in memory, and which the model uses."""
@@ -103,13 +106,13 @@ class SonarGrid:
 
     def remember(self) -> dict[str, NDArray[np.generic]]:
         """Return all that `resume` needs; what sonars last said is heard anew."""
-        self._close_slice()
         return {**self._cells.remember(), **self._echoes.remember()}
 
     def resume(self, memory: Mapping[str, NDArray[np.generic]]) -> None:
         """Go on from what an earlier grid remembered; ValueError if it does not fit."""
         self._echoes.resume(memory)
         self._cells.resume(memory)
+        self._slice_box = self._cells.box
 
     @property
     def _is_placing(self) -> bool:
@@ -145,11 +148,23 @@ class SonarGrid:
         self._slice_box = None
 
 
+def nothing_known(resolution: float) -> OccupancyMap:
+    """Return a map of one unknown cell."""
+    return OccupancyMap(GridGeometry(1, 1, resolution), np.full((1, 1), UNKNOWN, np.int8))
+
+
 def beam_shape(params: SonarGridParams, ring: SonarRing) -> BeamShape:
     """Return how the sonars of a ring are drawn."""
     depth = max(params.range_sigma, 0.75 * params.resolution)
     visible = params.visible_share * ring.range_max
-    return BeamShape(ring.half_cone, depth, visible, params.certainty, params.resolution)
+    return BeamShape(
+        half_cone=ring.half_cone,
+        depth=depth,
+        visible=visible,
+        certainty=params.certainty,
+        point_certainty=params.point_certainty,
+        width=params.resolution,
+    )
 
 
 def filtered(cells: NDArray[np.int8], verdicts: NDArray[np.uint8]) -> NDArray[np.int8]:

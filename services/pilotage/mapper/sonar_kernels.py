@@ -123,7 +123,10 @@ def bounds_of(readings: NDArray[np.float64], shape: BeamShape) -> tuple[float, f
 
 def warm_up() -> None:
     """Compile the kernels for the types met in service."""
-    reading, shape = np.array([[0.0, 0.0, 0.0, 0.5, 0.0]]), BeamShape(0.2, 0.05, 1.0, 0.5, 0.05)
+    reading, shape = (
+        np.array([[0.0, 0.0, 0.0, 0.5, 0.0]]),
+        BeamShape(0.2, 0.05, 1.0, 0.5, 0.5, 0.05),
+    )
     for model in range(ARC_POINT + 1):
         add_readings(np.zeros((2, 2), np.float32), (0.0, 0.0), 0.1, reading, model, shape)
     bounds_of(reading, shape)

@@ -34,6 +34,8 @@ class BeamShape(NamedTuple):
     """rho_v: the range at which a reading is trusted half, m."""
     certainty: float
     """Certainty of the best reading, 0 to 1."""
+    point_certainty: float
+    """The same of a point from which an echo is known to come."""
     width: float
     """Width of a line or a point as it is drawn, m."""
 
@@ -122,4 +124,4 @@ def arc_point(distance: float, aside: float, reading: float, shape: BeamShape) -
     across = 2.0 * reading * aside / shape.width
     near = max(0.0, 1.0 - across * across / 4.0)
     along = across_arc((distance - reading) / shape.depth)
-    return shape.certainty * range_weight(reading, shape.visible) * near * max(0.0, along)
+    return shape.point_certainty * range_weight(reading, shape.visible) * near * max(0.0, along)

@@ -11,6 +11,8 @@ from pilotage.core.jit import kernel
 
 FREE_VOTE, OCCUPIED_VOTE, UNDECIDED = 0, 1, 2
 MOST_VOTES = 8
+LEAST_SAID = 0.8
+"""Log-odds of a slice that is no vote but a rumour: the cell is 0 or 1 by less than 0.69."""
 
 
 def verdict(votes: int, count: int) -> int:
@@ -54,10 +56,11 @@ def close_slice(
             said = window[row, col]
             if said != 0.0:
                 log_odds[row, col] = min(limit, max(-limit, log_odds[row, col] + said))
-                vote = 1 if said > 0.0 else 0
-                votes[row, col] = ((int(votes[row, col]) << 1) | vote) & 255
-                counts[row, col] = min(MOST_VOTES, int(counts[row, col]) + 1)
                 window[row, col] = 0.0
+                if abs(said) >= LEAST_SAID:
+                    vote = 1 if said > 0.0 else 0
+                    votes[row, col] = ((int(votes[row, col]) << 1) | vote) & 255
+                    counts[row, col] = min(MOST_VOTES, int(counts[row, col]) + 1)
 
 
 def warm_up() -> None:

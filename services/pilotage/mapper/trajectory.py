@@ -21,6 +21,13 @@ class Trajectory:
         self._rows[self._count, 1:] = pose
         self._count += 1
 
+    def __len__(self) -> int:
+        return self._count
+
+    def pose(self, index: int) -> NDArray[np.float64]:
+        """Return one pose (3,)."""
+        return self._rows[index, 1:].copy()
+
     @property
     def stamps(self) -> NDArray[np.float64]:
         """Return the times (n,) in s."""
