@@ -34,7 +34,7 @@ def pose_errors(drive: SonarDrive, reckoned: Floats) -> dict[str, float]:
 def turn_errors(drive: SonarDrive, reckoned: Floats) -> tuple[Floats, Floats]:
     """Return by how much each left turn and each right turn is off, absolute, rad.
 
-    A turn lasts until the robot stands again.
+    A turn lasts until the robot goes on; turns without a way between them are one.
     """
     changes = np.flatnonzero(np.diff(drive.is_turning, prepend=False, append=False))
     turns = changes.reshape(-1, 2)
