@@ -34,6 +34,9 @@ SKIPPED, PASSING, HIT = -1, 0, 1
 HIT_MARK = 2
 """Mark of a cell that the scan has hit; 1 marks those that beams cross."""
 
+RUN = 32
+"""Cells in a row that are looked at together."""
+
 SHARE = 1 << 16
 """The share of a beam that it may graze its wall is counted in such parts."""
 
@@ -298,16 +301,27 @@ def prove_beside(layers: Layers, cell: tuple[int, int], latest: int) -> bool:
 
 @kernel
 def learn_misses(layers: Layers, window: tuple[int, int, int, int], weights: Weights) -> None:
-    """Take a miss off every marked cell of a window (rows from, to, cols from, to); unmark it."""
+    """Take a miss off every marked cell of a window (rows from, to, cols from, to); unmark it.
+
+    Runs of `RUN` cells without a mark are left out; the layers have a multiple of that in a row.
+    """
     low = np.int16(weights.low | PASSED | KNOWN)
+    words = layers.marks.view(np.uint64)
+    per_run = RUN // 8
     for row in range(window[0], window[1]):
-        evidence = layers.evidence[row, window[2] : window[3]]
-        marks = layers.marks[row, window[2] : window[3]]
-        for k in range(len(evidence)):
-            mark = np.int16(marks[k])
-            after = np.int16(np.int16(evidence[k] | (mark * 3)) - np.int16(mark * weights.miss))
-            evidence[k] = max(after, low)
-            marks[k] = 0
+        for run in range(window[2] // RUN, (window[3] - 1) // RUN + 1):
+            any_mark = np.uint64(0)
+            for word in range(run * per_run, (run + 1) * per_run):
+                any_mark |= words[row, word]
+            if any_mark == 0:
+                continue
+            evidence = layers.evidence[row, run * RUN : (run + 1) * RUN]
+            marks = layers.marks[row, run * RUN : (run + 1) * RUN]
+            for k in range(RUN):
+                mark = np.int16(marks[k])
+                passed = np.int16(evidence[k] | (mark * (PASSED | KNOWN)))
+                evidence[k] = max(np.int16(passed - np.int16(mark * weights.miss)), low)
+                marks[k] = 0
 
 
 @kernel
@@ -347,7 +361,7 @@ def insert_beams(
 
 def warm_up() -> None:
     """Compile the kernels for the types met in service."""
-    size = 4
+    size = RUN
     layers = Layers(
         np.zeros((size, size), np.int16),
         np.zeros((size, size), np.int32),
