@@ -42,7 +42,7 @@ def table_of(entries: list[Entry]) -> Table:
             entry.name,
             f"{entry.size.count:,} {entry.size.kind}",
             str(entry.size.beams),
-            f"{entry.cpu_ms:.1f}",
+            f"{entry.cpu_ms:.{1 if entry.cpu_ms >= 1.0 else 3}f}",
             f"{entry.reference_cpu_ms:,.0f}",
             f"{entry.reference_cpu_ms / max(entry.cpu_ms, 1e-3):.0f}",
             ", ".join(f"{name} {value:,.1f}" for name, value in entry.extra.items()),

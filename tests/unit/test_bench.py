@@ -1,9 +1,11 @@
 """What the benchmark measures, and what it says."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
-from pilotage.bench import building_cases, grid_cases, particle_cases
+from pilotage.bench import building_cases, grid_cases, mapping_cases, particle_cases
 from pilotage.bench.buildings import office_block
 from pilotage.bench.entry import Entry, Size, Stopwatch
 from pilotage.bench.suite import ENTRIES, run_suite
@@ -46,9 +48,11 @@ def test_the_first_call_and_the_preparation_do_not_count() -> None:
     assert Stopwatch(clock).median_ms(work, 3, prepare) == pytest.approx(2.0)
 
 
-@pytest.mark.parametrize("kind", ["states", "particles"])
-def test_an_entry_has_the_keys_that_others_rely_on(kind: str) -> None:
-    size = Size(7, 60, "particles" if kind == "particles" else "states")
+@pytest.mark.parametrize("kind", ["states", "particles", "cells"])
+def test_an_entry_has_the_keys_that_others_rely_on(
+    kind: Literal["states", "particles", "cells"],
+) -> None:
+    size = Size(7, 60, kind)
     entry = Entry("a case", size, 1.0, 20.0, 0.5, {"memory_mb": 3.0})
     assert entry.as_json() == {
         "name": "a case",
@@ -123,7 +127,9 @@ def test_the_suite_measures_everything_and_says_how_much_there_is(
     """On small places and with a clock that stands: what matters is that all of it runs."""
     monkeypatch.setattr(grid_cases, "CIRCLE", 3)
     monkeypatch.setattr(building_cases, "AREAS", (36.0, 49.0, 64.0, 81.0, 100.0))
-    for module in (building_cases, particle_cases):
+    monkeypatch.setattr(mapping_cases, "REDRAWN", 5)
+    monkeypatch.setattr(mapping_cases, "SCANS", 4)
+    for module in (building_cases, particle_cases, mapping_cases):
         monkeypatch.setattr(module, "office_floor", small_office)
         monkeypatch.setattr(module, "OFFICE_CORRIDOR", (1.5, 7.0, 5.0))
     monkeypatch.setattr(building_cases, "CORRIDOR_MIDDLE", 3.0)
@@ -138,7 +144,7 @@ def test_the_suite_measures_everything_and_says_how_much_there_is(
     assert by_name["square hall: predict and update by 4 ranges and a compass"].size == Size(
         1_620_000, 4
     )
-    assert {entry.size.beams for entry in entries} == {0, 4, 60}
+    assert {entry.size.beams for entry in entries} == {0, 4, 60, 361}
     tracking = [entry for entry in entries if entry.name.endswith("while tracking")]
     assert len(tracking) == len(building_cases.AREAS) + 1
     assert tracking[-1].extra["localized_share"] == 1.0

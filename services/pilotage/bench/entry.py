@@ -9,11 +9,14 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Size:
-    """How much work: so many `states` or `particles`, and `beams` each is weighed by."""
+    """How much work: so many `states` or `particles`, and `beams` each is weighed by.
+
+    Of a map, so many `cells`, and `beams` of a scan.
+    """
 
     count: int
     beams: int
-    kind: Literal["states", "particles"] = "states"
+    kind: Literal["states", "particles", "cells"] = "states"
 
 
 @dataclass(frozen=True)
