@@ -103,7 +103,7 @@ def test_the_twin_places_echoes_where_the_kernel_does(seed: int, improved: bool)
     arcs = np.column_stack([sonars, directions, rng.uniform(0.8, 1.2, 120)])
     twin = place_echoes_plainly(arcs, 0.44, CROSSINGS, improved=improved)
     assert place_by_kernel(arcs, 0.44, improved=improved) == pytest.approx(twin, abs=1e-9)
-    assert np.count_nonzero(twin) > 50
+    assert np.count_nonzero(twin) > 30
 
 
 def test_an_arc_without_crossings_keeps_its_middle() -> None:
