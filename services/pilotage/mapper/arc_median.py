@@ -13,7 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
-from pilotage.mapper.sonar_arcs import MOST_ON_ARC, ArcCrossings, all_crossings, crossings_on
+from pilotage.mapper.sonar_arcs import (
+    MOST_ON_ARC,
+    ArcCrossings,
+    all_crossings,
+    arc_discs,
+    crossings_on,
+)
 
 BINS = 12
 """Crossing angles from 30 to 90 degrees in steps of 5 (Li 2008, 4.4)."""
@@ -80,10 +86,10 @@ def place_echoes(
     middle). `rule` is: improved or not, least angle, weights, least score.
     """
     improved, least_angle, weights, least_score = rule
-    found = np.empty((MOST_ON_ARC, 3))
+    found, discs = np.empty((MOST_ON_ARC, 3)), arc_discs(arcs, cone / 2.0)
     echoes = np.zeros((last - first, 2))
     for index in range(first, last):
-        count = crossings_on(arcs, index, cone / 2.0, least_angle, found)
+        count = crossings_on(arcs, discs, index, cone / 2.0, least_angle, found)
         places = np.empty(count)
         used = 0
         for k in range(count):

@@ -63,17 +63,21 @@ def crossing_angle(first: float, second: float) -> float:
 
 
 @kernel
-def are_apart(first: NDArray[np.float64], second: NDArray[np.float64], half_cone: float) -> bool:
-    """Say whether two arcs (4,) are too far from each other to cross: circles around them."""
-    dx = first[0] + first[3] * math.cos(first[2]) - second[0] - second[3] * math.cos(second[2])
-    dy = first[1] + first[3] * math.sin(first[2]) - second[1] - second[3] * math.sin(second[2])
-    most = 2.0 * math.sin(half_cone / 2.0) * (first[3] + second[3])
-    return bool(dx * dx + dy * dy > most * most * 1.0001)
+def arc_discs(arcs: NDArray[np.float64], half_cone: float) -> NDArray[np.float64]:
+    """Return discs (n, 3) about arcs (n, 4): x, y of the middle of the arc, and radius."""
+    discs = np.empty((len(arcs), 3))
+    for index in range(len(arcs)):
+        discs[index, 0] = arcs[index, 0] + arcs[index, 3] * math.cos(arcs[index, 2])
+        discs[index, 1] = arcs[index, 1] + arcs[index, 3] * math.sin(arcs[index, 2])
+        # A bit more than the chord from the middle to the end, for what rounding takes away.
+        discs[index, 2] = 2.0001 * math.sin(half_cone / 2.0) * arcs[index, 3]
+    return discs
 
 
 @kernel
-def crossings_on(
+def crossings_on(  # noqa: PLR0913, PLR0917  - compiled: plain numbers and arrays
     arcs: NDArray[np.float64],
+    discs: NDArray[np.float64],
     index: int,
     half_cone: float,
     least_angle: float,
@@ -82,12 +86,15 @@ def crossings_on(
     """Write the crossings on one arc into `found` (m, 3) and return their number.
 
     A row is the place on the arc as an angle from its axis, the angle of the crossing, and the
-    index of the other arc. Crossings flatter than `least_angle` are left out.
+    index of the other arc. Crossings flatter than `least_angle` are left out. `discs` (n, 3)
+    are about the arcs: where two are apart, so are their arcs.
     """
     count = 0
     mine = arcs[index]
     for other in range(len(arcs)):
-        if other == index or are_apart(mine, arcs[other], half_cone):
+        dx, dy = discs[other, 0] - discs[index, 0], discs[other, 1] - discs[index, 1]
+        most = discs[other, 2] + discs[index, 2]
+        if other == index or dx * dx + dy * dy > most * most:
             continue
         towards, half_here, half_there = circle_crossings(mine, arcs[other])
         if math.isnan(towards):
@@ -112,9 +119,10 @@ def all_crossings(
     """Return all crossings (m, 5) of arcs, each once: x, y, angle, smaller and larger index."""
     crossings = np.empty((64, 5))
     found = np.empty((2 * len(arcs) + 1, 3))
+    discs = arc_discs(arcs, half_cone)
     total = 0
     for index in range(len(arcs)):
-        count = crossings_on(arcs[index:], 0, half_cone, least_angle, found)
+        count = crossings_on(arcs[index:], discs[index:], 0, half_cone, least_angle, found)
         while total + count > len(crossings):
             crossings = np.concatenate((crossings, np.empty_like(crossings)))
         for k in range(count):

@@ -61,6 +61,7 @@ def add_readings(  # noqa: PLR0913, PLR0917  - compiled: plain numbers and array
     corner of cell (0, 0); cells outside the array are passed over.
     """
     rows, cols = log_odds.shape
+    slope = math.tan(shape.half_cone) if shape.half_cone < 1.5 else math.inf
     for k in range(len(readings)):
         x, y = readings[k, 0] - corner[0], readings[k, 1] - corner[1]
         axis_x, axis_y = math.cos(readings[k, 2]), math.sin(readings[k, 2])
@@ -75,7 +76,10 @@ def add_readings(  # noqa: PLR0913, PLR0917  - compiled: plain numbers and array
                 dx = (col + 0.5) * resolution - x
                 ahead, aside = dx * axis_x + dy * axis_y, dy * axis_x - dx * axis_y
                 distance = math.sqrt(ahead * ahead + aside * aside)
-                if ahead < 0.0 or distance > readings[k, 3] + shape.depth + shape.width:
+                # Arctangents are dear; a line or a point may be drawn a cell beside the cone.
+                is_aside = abs(aside) > ahead * slope + 2.0 * shape.width
+                is_beyond = distance > readings[k, 3] + shape.depth + shape.width
+                if ahead < 0.0 or is_aside or is_beyond:
                     continue
                 offset = math.atan2(aside, ahead)
                 certainty = certainty_at(model, distance, offset, readings[k], shape)
