@@ -55,6 +55,11 @@ export class LiveState {
     return Math.max(sinceMeasured, sinceArrival, 0);
   }
 
+  /** Whether a map is being made, so that the mapper says where the robot is. */
+  isMapping() {
+    return this.message("mapping_status")?.mode === "mapping";
+  }
+
   isRealTime() {
     return (this.message("status")?.speed_factor ?? 1) === 1;
   }

@@ -15,6 +15,7 @@ import { startGestures } from "./gestures.js";
 import { AgePercentile, Series } from "./history.js";
 import { LayerList } from "./layer_list.js";
 import { LiveState } from "./live_state.js";
+import { Mapping } from "./mapping.js";
 import { startNotice } from "./notice.js";
 import { Panel } from "./panel.js";
 import { Places } from "./places.js";
@@ -46,6 +47,7 @@ const poses = [];
 const marks = [];
 let robot = "";
 let nextTryAt = 0;
+let redraws = 0;
 
 const voices = {
   say: (text) => setText(find("#announce"), text),
@@ -74,6 +76,7 @@ const panel = new Panel(state, places, {
 });
 const actions = new Actions(state, commands, aim);
 const driving = new Driving(state, commands);
+const mapping = new Mapping(state, commands, () => token);
 const staleness = new Staleness(state, view, scene);
 const charts = new Charts(series, marks, clock, (at) => showGhost(at));
 new Stop(commands, voices, popover);
@@ -97,12 +100,27 @@ startSheet((covered) => {
 
 state.on("map", ({ message }) => {
   const before = scene.walls.grid?.map_id;
-  if (before === message.map_id) return;
-  if (before) scene.trail.clear();
+  if (before === message.map_id && !message.in_progress) return;
+  // A map that grows is sent whole now and then: to who looks at it, it is the same map.
+  const isGrown = message.in_progress && scene.walls.grid?.in_progress;
+  if (before && !isGrown) scene.trail.clear();
   scene.takeMap(message);
-  view.fit(false);
+  if (!isGrown || view.isFitted) view.fit(false);
+});
+state.on("map_patch", ({ message }) => {
+  if (scene.takePatch(message) && view.isFitted) view.fit(false);
+});
+state.on("mapped_path", () => scene.touch());
+state.on("mapping_status", ({ message }) => {
+  if (message.redraws !== redraws) scene.trail.clear();
+  redraws = message.redraws;
+  if (state.isMapping() && places.list.length) {
+    places.update([], performance.now());
+    scene.takeBelief(null);
+  }
 });
 state.on("belief", ({ message }) => {
+  if (state.isMapping()) return;
   places.update(message.modes, performance.now());
   scene.takeBelief(message);
 });
@@ -119,7 +137,7 @@ function sample() {
   const now = clock.unixMs();
   const age = state.age("pose");
   const isLive = state.isLinked() && age !== null && age < 1;
-  const belief = state.message("belief");
+  const belief = state.isMapping() ? undefined : state.message("belief");
   series.mass.add(now, isLive && belief ? (belief.modes[0]?.mass ?? 0) : null);
   series.entropy.add(now, isLive && belief ? belief.entropy : null);
   series.age.add(now, isLive && state.isRealTime() ? ages.p99() : null);
@@ -138,6 +156,7 @@ function showWords() {
   panel.update();
   actions.update();
   driving.update();
+  mapping.update();
   layers.update();
   staleness.update();
   readout.update();

@@ -25,6 +25,11 @@ export class Panel {
   showCertainty(isGone) {
     const estimate = this.state.message("pose");
     const best = this.places.best;
+    if (this.state.isMapping() && estimate?.state !== "localized") {
+      setText(find("#certainty"), "—");
+      setText(find("#where"), "Mapping: no scan has come yet");
+      return;
+    }
     const sure = certainty(estimate, best ? [best] : []);
     if (!sure) return;
     setText(find("#certainty"), isGone ? "—" : percent(sure.share));
@@ -39,7 +44,8 @@ export class Panel {
 
   showPlaces() {
     const { list, elsewhere, best } = this.places;
-    if (list.length === 0) return;
+    if (this.state.isMapping()) setText(find("#elsewhere"), "On a map in the making there is only one.");
+    if (list.length === 0 && !this.state.isMapping()) return;
     const numbers = new Set(list.map((place) => place.number));
     find(".skeleton", this.list)?.remove();
     for (const [number_, row] of this.rows) {
@@ -48,7 +54,7 @@ export class Panel {
       this.rows.delete(number_);
     }
     list.forEach((place, i) => this.showPlace(place, place === best, i));
-    setText(find("#elsewhere"), `Elsewhere ${elsewhere}\u202f%`);
+    if (list.length) setText(find("#elsewhere"), `Elsewhere ${elsewhere}\u202f%`);
   }
 
   showPlace(place, isBest, i) {

@@ -1,6 +1,11 @@
 // Which command can be given now, and if not, why not: null means that it can.
 
-const NAMES = { set_pose: "localizer", relocalize: "localizer" };
+const NAMES = {
+  set_pose: "localizer",
+  relocalize: "localizer",
+  map_start: "mapper",
+  map_stop: "mapper",
+};
 const UNAVAILABLE = new Set(["down", "given_up", "stopped"]);
 
 /** Returns the reason why command `name` cannot be given, in words, or null. */
@@ -10,10 +15,18 @@ export function obstacle(name, state) {
   const service = NAMES[name] ?? "robot";
   const process = state.message("deployment")?.processes.find((p) => p.name === service);
   if (process && UNAVAILABLE.has(process.state)) return `The ${service} is down`;
+  if (service === "mapper") return mapperObstacle(state);
   return service === "localizer" ? localizerObstacle(state) : robotObstacle(name, state);
 }
 
+function mapperObstacle(state) {
+  const mode = state.message("mapping_status")?.mode;
+  if (!mode) return "The mapper has not said what it does";
+  return mode === "handing_over" ? "The localizer is about to take over" : null;
+}
+
 function localizerObstacle(state) {
+  if (state.isMapping()) return "A map is being made";
   return state.entry("map") ? null : "There is no map yet";
 }
 

@@ -9,6 +9,7 @@ import { drawGrid, drawScaleBar } from "./layers/ruler.js";
 import { drawEnds, scanEnds, sonarEnds } from "./layers/scan.js";
 import { drawTrail } from "./layers/trail.js";
 import { Walls } from "./layers/walls.js";
+import { drawWay } from "./layers/way.js";
 import { Trail, TRAIL_MS } from "./history.js";
 import { readPalette } from "./palette.js";
 import { RobotMotion } from "./robot_motion.js";
@@ -44,8 +45,16 @@ export class Scene {
     this.touchFloor();
   }
 
+  /** Lays a patch over the map it belongs to; says whether it does. */
+  takePatch(patch) {
+    if (!this.walls.patch(patch, this.palette)) return false;
+    this.view.bounds = this.walls.bounds();
+    this.touchFloor();
+    return true;
+  }
+
   takeBelief(belief) {
-    this.belief.take(belief.marginal, this.palette);
+    this.belief.take(belief?.marginal ?? null, this.palette);
     this.touch();
   }
 
@@ -126,6 +135,8 @@ export class Scene {
     const context = this.cleared(this.live);
     if (layers.has("belief")) this.belief.draw(context, view, this.ratio);
     this.inPixels(context);
+    const way = state.message("mapped_path");
+    if (layers.has("trail") && state.isMapping() && way) drawWay(context, view, palette, way.poses);
     if (layers.has("trail")) {
       drawTrail(context, view, palette, this.trail.points, state.clock.unixMs(), TRAIL_MS);
     }

@@ -7,8 +7,11 @@ export const GONE_S = 3;
 const UNTOLD = new Set(["heartbeat", "health", "deployment"]);
 
 /** The one state chip. `estimate` is the newest PoseEstimate, `shown` how many places are listed. */
-export function stateChip(estimate, shown, age) {
-  if (!estimate || age === null || age > GONE_S) return { kind: "none", text: "No data" };
+export function stateChip(estimate, shown, age, isMapping = false) {
+  if (!estimate || age === null || age > GONE_S) {
+    return { kind: "none", text: isMapping ? "Mapping, no data" : "No data" };
+  }
+  if (isMapping) return { kind: "ok", text: "Mapping" };
   switch (estimate.state) {
     case "localized":
       return { kind: "ok", text: "Localized" };
@@ -75,7 +78,7 @@ export const mainRate = (health) => mainStream(health)?.rate_hz ?? null;
 
 const MEANING = {
   localizer: "The pose on the map is frozen",
-  mapper: "The map is frozen; localization goes on",
+  mapper: "The map is frozen",
   robot: "Nothing comes from the robot; its watchdog has stopped it",
   router: "Nothing gets through; everyone waits for the router",
   launcher: "Nobody restarts what fails",

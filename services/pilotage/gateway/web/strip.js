@@ -39,7 +39,7 @@ export class Strip {
 
   stateChip() {
     const estimate = this.state.message("pose");
-    const chip = stateChip(estimate, this.places.list.length, this.state.age("pose"));
+    const chip = stateChip(estimate, this.places.list.length, this.state.age("pose"), this.state.isMapping());
     return { id: "state", ...chip, terms: () => this.stateTerms() };
   }
 
@@ -131,7 +131,7 @@ export class Strip {
     const estimate = state.message("pose");
     const belief = state.message("belief");
     const matched = belief?.matched;
-    const terms = [["Topic", "pose, belief"], ["From", "localizer"], ["Age", ageText(state.age("pose"))]];
+    const terms = [["Topic", "pose, belief"], ["From", state.isMapping() ? "mapper" : "localizer"], ["Age", ageText(state.age("pose"))]];
     if (estimate) terms.push(["Confidence", withUnit(estimate.confidence * 100, 1, "%")]);
     if (belief) terms.push(["Uncertainty", withUnit(belief.entropy, 1, "bits")]);
     if (matched !== undefined && matched !== null) terms.push(["Beams that fit", withUnit(matched * 100, 0, "%")]);

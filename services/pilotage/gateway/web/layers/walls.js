@@ -1,4 +1,4 @@
-// Floor and walls: the occupancy grid as two images, drawn once per map and theme.
+// Floor and walls: the occupancy grid as two images, drawn once per map and theme, and patched.
 //
 // Seen from afar a wall of one cell would fall between the pixels; so coarser copies are kept in
 // which any occupied cell of four makes the whole occupied, and the one that fits is drawn.
@@ -13,6 +13,7 @@ export class Walls {
   constructor() {
     this.grid = null;
     this.levels = [];
+    this.known = null;
   }
 
   /** Takes an OccupancyGrid. */
@@ -26,14 +27,43 @@ export class Walls {
       level = halved(level);
       this.levels.push(level);
     }
+    this.known = null;
+    this.extend({ row: 0, col: 0, rows, cols });
     this.colour(palette);
+  }
+
+  /** Lays a GridPatch over the map; false when it is of another map, or does not lie on it. */
+  patch({ map_id: mapId, row, col, cells }, palette) {
+    const { grid } = this;
+    const [rows, cols] = cells.shape;
+    if (grid?.map_id !== mapId || row + rows > grid.rows || col + cols > grid.cols) return false;
+    for (let r = 0; r < rows; r++) {
+      const line = cells.data.subarray(r * cols, (r + 1) * cols);
+      const at = (row + r) * grid.cols + col;
+      grid.cells.data.set(line, at);
+      this.levels[0].kinds.set(kindsOf(line), at);
+    }
+    let window = { row, col, rows, cols };
+    this.extend(window);
+    this.levels.forEach((level, i) => {
+      if (i > 0) {
+        window = halvedWindow(window);
+        halve(this.levels[i - 1], level, window);
+      }
+      paint(level.floor, level, window, FREE, channels(palette.free));
+      paint(level.walls, level, window, WALL, channels(palette.occupied));
+    });
+    return true;
   }
 
   /** Draws all images anew in these colours. */
   colour(palette) {
     for (const level of this.levels) {
-      level.floor = imageOf(level, FREE, channels(palette.free));
-      level.walls = imageOf(level, WALL, channels(palette.occupied));
+      const whole = { row: 0, col: 0, rows: level.rows, cols: level.cols };
+      level.floor = new OffscreenCanvas(level.cols, level.rows);
+      level.walls = new OffscreenCanvas(level.cols, level.rows);
+      paint(level.floor, level, whole, FREE, channels(palette.free));
+      paint(level.walls, level, whole, WALL, channels(palette.occupied));
     }
   }
 
@@ -55,19 +85,25 @@ export class Walls {
 
   /** The extent of all known cells in the map frame, or null. */
   bounds() {
-    const { kinds, rows, cols, cell } = this.levels[0];
-    let [r0, r1, c0, c1] = [rows, -1, cols, -1];
-    for (let r = 0, i = 0; r < rows; r++) {
-      for (let c = 0; c < cols; c++, i++) {
+    if (!this.known) return null;
+    const { cell } = this.levels[0];
+    return boxOf(this.grid.origin, this.known.map((index) => index * cell));
+  }
+
+  /** Lets the extent of known cells (left, low, right, high) include those of a window. */
+  extend({ row, col, rows, cols }) {
+    const { kinds, cols: width } = this.levels[0];
+    let [left, low, right, high] = this.known ?? [Infinity, Infinity, 0, 0];
+    for (let r = row; r < row + rows; r++) {
+      for (let c = col, i = r * width + col; c < col + cols; c++, i++) {
         if (kinds[i] === UNKNOWN) continue;
-        if (r < r0) r0 = r;
-        if (r > r1) r1 = r;
-        if (c < c0) c0 = c;
-        if (c > c1) c1 = c;
+        if (r < low) low = r;
+        if (r >= high) high = r + 1;
+        if (c < left) left = c;
+        if (c >= right) right = c + 1;
       }
     }
-    if (r1 < 0) return null;
-    return boxOf(this.grid.origin, [c0 * cell, r0 * cell, (c1 + 1) * cell, (r1 + 1) * cell]);
+    if (right > left) this.known = [left, low, right, high];
   }
 }
 
@@ -86,31 +122,47 @@ function kindsOf(cells) {
 }
 
 /** Half as many cells each way: a wall anywhere wins, then free floor, then the unknown. */
-function halved({ kinds, rows, cols, cell }) {
-  const half = { rows: Math.ceil(rows / 2), cols: Math.ceil(cols / 2), cell: cell * 2 };
+function halved(level) {
+  const half = { rows: Math.ceil(level.rows / 2), cols: Math.ceil(level.cols / 2), cell: level.cell * 2 };
   half.kinds = new Uint8Array(half.rows * half.cols);
-  for (let r = 0, i = 0; r < rows; r++) {
-    const base = (r >> 1) * half.cols;
-    for (let c = 0; c < cols; c++, i++) {
-      const at = base + (c >> 1);
-      if (kinds[i] > half.kinds[at]) half.kinds[at] = kinds[i];
-    }
-  }
+  halve(level, half, { row: 0, col: 0, rows: half.rows, cols: half.cols });
   return half;
 }
 
+/** The window of the coarser level that holds a window of a finer one. */
+function halvedWindow({ row, col, rows, cols }) {
+  const [r, c] = [row >> 1, col >> 1];
+  return { row: r, col: c, rows: ((row + rows - 1) >> 1) - r + 1, cols: ((col + cols - 1) >> 1) - c + 1 };
+}
+
+/** Fills a window of the coarser level `half` from `fine`. */
+function halve(fine, half, { row, col, rows, cols }) {
+  for (let r = row; r < row + rows; r++) {
+    for (let c = col; c < col + cols; c++) {
+      let kind = UNKNOWN;
+      for (let y = 2 * r; y < Math.min(2 * r + 2, fine.rows); y++) {
+        for (let x = 2 * c; x < Math.min(2 * c + 2, fine.cols); x++) {
+          kind = Math.max(kind, fine.kinds[y * fine.cols + x]);
+        }
+      }
+      half.kinds[r * half.cols + c] = kind;
+    }
+  }
+}
+
 /**
- * The cells of one kind as an image whose first row is the grid's: drawn in metres, y up, it
- * stands the right way.
+ * Draws the cells of one kind in a window into an image whose first row is the grid's: drawn in
+ * metres, y up, it stands the right way.
  */
-function imageOf({ kinds, rows, cols }, kind, [r, g, b]) {
+function paint(canvas, { kinds, cols: width }, { row, col, rows, cols }, kind, [r, g, b]) {
   const image = new ImageData(cols, rows);
   const pixels = new Uint32Array(image.data.buffer);
   const colour = ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
-  for (let i = 0; i < kinds.length; i++) if (kinds[i] === kind) pixels[i] = colour;
-  const canvas = new OffscreenCanvas(cols, rows);
-  canvas.getContext("2d").putImageData(image, 0, 0);
-  return canvas;
+  for (let y = 0, i = 0; y < rows; y++) {
+    const line = (row + y) * width + col;
+    for (let x = 0; x < cols; x++, i++) if (kinds[line + x] === kind) pixels[i] = colour;
+  }
+  canvas.getContext("2d").putImageData(image, col, row);
 }
 
 function boxOf({ x, y, theta }, [left, low, right, high]) {

@@ -1,0 +1,100 @@
+// The panel's folded part "Map": make a map, keep it, use one of the library.
+
+import { ask } from "./address.js";
+import { element, find, setText } from "./elements.js";
+import { withUnit } from "./format.js";
+import { obstacle } from "./permissions.js";
+
+const NOTE_MS = 4000;
+const NAME = /^[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}$/;
+
+export class Mapping {
+  constructor(state, commands, token) {
+    Object.assign(this, { state, commands, token });
+    this.box = find("#mapping");
+    this.name = find("#map-name");
+    this.note = find("#mapping-note");
+    this.noteUntil = 0;
+    this.wasMapping = false;
+    this.listed = "";
+    find("[data-map=toggle]").addEventListener("click", () => this.toggle());
+    find("[data-map=reset]").addEventListener("click", () => this.give("map_reset", {}, () => "Begun anew"));
+    find("#map-save").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.save();
+    });
+    this.box.addEventListener("toggle", () => this.box.open && this.list());
+  }
+
+  get status() {
+    return this.state.message("mapping_status");
+  }
+
+  toggle() {
+    if (this.state.isMapping()) return this.give("map_stop", {}, () => "Finished: the localizer takes over");
+    return this.give("map_start", {}, () => "Drive about: the map grows");
+  }
+
+  async save() {
+    const name = this.name.value.trim();
+    if (!NAME.test(name)) return this.tell("A name has letters, digits, _ . and -, at most 64", true);
+    await this.give("map_save", { name }, () => `Kept as ${name}`);
+    return this.list();
+  }
+
+  async give(command, body, done) {
+    try {
+      this.tell(done(await this.commands.send(command, body)), false);
+    } catch (error) {
+      this.tell(error.message, true);
+    }
+  }
+
+  tell(text, isFault) {
+    this.noteUntil = performance.now() + NOTE_MS * (isFault ? 2 : 1);
+    setText(this.note, text);
+    this.note.classList.toggle("is-fault", isFault);
+  }
+
+  update() {
+    const isMapping = this.state.isMapping();
+    if (isMapping && !this.wasMapping) this.box.open = true;
+    this.wasMapping = isMapping;
+    const toggle = find("[data-map=toggle]");
+    setText(toggle, isMapping ? "Stop mapping" : "Start mapping");
+    const command = isMapping ? "map_stop" : "map_start";
+    const reason = obstacle(command, this.state);
+    toggle.disabled = reason !== null;
+    find("[data-map=reset]").disabled = reason !== null || !isMapping;
+    find("#map-save button").disabled = reason !== null || !this.state.entry("map");
+    if (performance.now() < this.noteUntil) return;
+    this.note.classList.remove("is-fault");
+    setText(this.note, reason ?? this.summary(isMapping));
+  }
+
+  summary(isMapping) {
+    if (!isMapping) return "A new map begins where the robot stands.";
+    const { steps, redraws } = this.status;
+    const loops = redraws ? `, ${redraws === 1 ? "one loop" : `${redraws} loops`} closed` : "";
+    return `${steps} scans in the map${loops}.`;
+  }
+
+  /** Shows the maps of the library, each with what can be done with it. */
+  async list() {
+    const response = await ask("/api/v1/maps", this.token()).catch(() => null);
+    const answer = response?.ok ? await response.json() : { maps: [] };
+    const key = JSON.stringify(answer.maps);
+    if (key === this.listed) return;
+    this.listed = key;
+    find("#library").replaceChildren(...answer.maps.map((map) => this.row(map)));
+  }
+
+  row(map) {
+    const size = [map.cols, map.rows].map((cells) => withUnit(cells * map.resolution, 0, "m")).join(" × ");
+    const words = element("span", {}, element("span", {}, map.name), element("span", { class: "small faint" }, size));
+    const load = element("button", { type: "button", class: "plain" }, "Use");
+    load.setAttribute("aria-label", `Use the map ${map.name}`);
+    load.addEventListener("click", () => this.give("map_load", { map: map.name }, () => `${map.name} is in use`));
+    return element("li", {}, words, load);
+  }
+}
