@@ -154,7 +154,7 @@ class PlainLaserGrid:
         wall, beam = back + on, ends[i] - origin
         sine = abs(wall[0] * beam[1] - wall[1] * beam[0]) / (math.hypot(*wall) * math.hypot(*beam))
         depth = self.params.wall_depth_cells * self.params.resolution
-        return min(self.params.graze_max, depth * (1.0 / max(sine, 1e-6) - 1.0))
+        return float(min(self.params.graze_max, depth * (1.0 / max(sine, 1e-6) - 1.0)))
 
     def _learn_hit(self, cell: Cell, kind: str, sure_of: set[str]) -> None:
         tick = round(TICKS * self.now)

@@ -136,7 +136,7 @@ def distance_to_segment(point: np.ndarray, start: np.ndarray, end: np.ndarray) -
 @given(scans(ANY))
 def test_where_a_beam_hits_something_is_and_nothing_where_none_does(scan: tuple) -> None:
     origin, ends, is_hit = scan
-    assume((np.hypot(*(ends - origin).T) > 0.0).all())
+    assume((np.hypot(*(ends - origin).T) > 1e-9).all())
     grid = drawn([scan])
     hits = {(math.floor(y / SIZE), math.floor(x / SIZE)) for (x, y) in ends[is_hit]}
     assert {cell for cell, value in evidence(grid).items() if value > 0.0} == hits

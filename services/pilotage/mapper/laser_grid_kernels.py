@@ -194,34 +194,41 @@ def find_surfaces(
     """Say in `beams` what each hit may lie on: something `LARGE`, `HIDDEN` in part, or `ALONE`."""
     first, last = 0, len(ends)
     for i in range(1, last + 1):
-        if i < last and beams[i - 1, 2] == HIT and beams[i, 2] == HIT:
-            x, y = ends[i, 0] - ends[i - 1, 0], ends[i, 1] - ends[i - 1, 1]
-            if x * x + y * y <= reading.gap * reading.gap:
-                continue
-        x, y = ends[i - 1, 0] - ends[first, 0], ends[i - 1, 1] - ends[first, 1]
-        surface = ALONE
-        if x * x + y * y > reading.piece * reading.piece:
-            surface = LARGE
-        elif (first > 0 and ends_before(beams, origin, ends, (first - 1, first))) or (
-            i < last and ends_before(beams, origin, ends, (i, i - 1))
-        ):
-            surface = HIDDEN
-        beams[first:i, 4] = surface
+        is_next = i < last and beams[i - 1, 2] == HIT and beams[i, 2] == HIT
+        if is_next and squared_length(ends[i - 1], ends[i, 0], ends[i, 1]) <= reading.gap**2:
+            continue
+        if beams[first, 2] == HIT:
+            surface = ALONE
+            end_x, end_y = ends[i - 1, 0], ends[i - 1, 1]
+            if squared_length(ends[first], end_x, end_y) > reading.piece**2:
+                surface = LARGE
+            elif (first > 0 and hides(beams, origin, ends, (first - 1, first))) or (
+                i < last and hides(beams, origin, ends, (i, i - 1))
+            ):
+                surface = HIDDEN
+            beams[first:i, 4] = surface
         first = i
 
 
 @kernel
-def ends_before(
+def squared_length(point: NDArray[np.float64], x: float, y: float) -> float:
+    """Return the square of the distance of a point (2,) from x, y."""
+    along_x, along_y = point[0] - x, point[1] - y
+    return float(along_x * along_x + along_y * along_y)
+
+
+@kernel
+def hides(
     beams: NDArray[np.int64],
     origin: tuple[float, float],
     ends: NDArray[np.float64],
     pair: tuple[int, int],
 ) -> bool:
     """Return whether the first of a pair of beams hits something nearer than the other's end."""
-    x, y = ends[pair[0], 0] - origin[0], ends[pair[0], 1] - origin[1]
-    far_x, far_y = ends[pair[1], 0] - origin[0], ends[pair[1], 1] - origin[1]
-    is_nearer: bool = x * x + y * y < far_x * far_x + far_y * far_y
-    return is_nearer and beams[pair[0], 2] == HIT
+    if beams[pair[0], 2] != HIT:
+        return False
+    x, y = origin
+    return squared_length(ends[pair[0]], x, y) < squared_length(ends[pair[1]], x, y)
 
 
 @kernel
