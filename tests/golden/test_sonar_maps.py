@@ -54,9 +54,9 @@ def test_default_model_is_sharper_than_the_centre_line(data_dir: Path, name: str
     maps = [drawn(ring, rounds, model, SETS[name][0]) for model in MODELS]
     plain, bayes, default = mean_entropies(maps)
     assert default < 0.75 * plain, "over all cells that any model knows"
-    assert default < 1.05 * bayes
+    assert default < 1.1 * bayes
     per_known = [mean_entropy_of_known(world) for world in maps]
-    assert per_known[2] < 1.02 * per_known[0], "even over what each knows"
+    assert per_known[2] < per_known[0], "even over what each knows"
     assert per_known[2] < per_known[1]
 
 

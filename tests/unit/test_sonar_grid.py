@@ -74,7 +74,7 @@ def passed(model: str, world: OccupancyMap, poses: np.ndarray) -> OccupancyMap:
 @pytest.mark.parametrize("model", MODELS)
 def test_the_way_to_the_echo_is_free_and_the_echo_is_not(model: str) -> None:
     grid = grid_of(model)
-    for nudge in (0.0, 0.03, 0.06):
+    for nudge in 0.03 * np.arange(9):
         grid.insert([nudge, 0.0, 0.0], [1.02 - nudge])
     world = grid.map()
     assert 0 <= value_at(world, 0.5, 0.01) < 30
@@ -174,6 +174,14 @@ def test_a_changed_world_is_believed_in_the_end() -> None:
     for step in range(30):
         grid.insert([0.0, 0.03 * (step % 2), 0.0], [1.0])
     assert value_at(grid.map(), 1.0, 0.01) > 65
+
+
+def test_the_edge_of_a_cone_stays_unknown() -> None:
+    grid = grid_of("bayes")
+    grid.insert(ORIGIN, [1.5])
+    world = grid.map()
+    assert 0 <= value_at(world, 1.0, 0.0) < 35
+    assert value_at(world, 1.0 * math.cos(0.21), math.sin(0.21)) == -1
 
 
 def test_another_ring_may_take_over() -> None:

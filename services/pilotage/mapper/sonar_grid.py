@@ -40,6 +40,9 @@ class SonarGridParams:
     """The same of a place on the arc found by crossings."""
     limit: float = 6.0
     """Log-odds beyond which more of the same adds nothing, so that a changed world is believed."""
+    least_said: float = 0.5
+    """Log-odds below which a cell stays unknown, as at the edge of a cone: 38 to 62 % is no news,
+    and whoever plans takes what is known and not occupied for free."""
     slice_rounds: int = 5
     """Rounds that make a slice of time."""
     temporal_filter: bool = False
@@ -95,9 +98,9 @@ class SonarGrid:
         said = layers.log_odds + layers.recent
         self._add_to(said, waiting)
         cells = np.round(100.0 / (1.0 + np.exp(-said))).astype(np.int8)
+        cells[np.abs(said) < self.params.least_said] = UNKNOWN
         if self.params.temporal_filter:
             cells = filtered(cells, VERDICTS[layers.counts, layers.votes])
-        cells[said == 0.0] = UNKNOWN
         return OccupancyMap(layers.geometry, cells)
 
     def crossings(self) -> ArcCrossings:
