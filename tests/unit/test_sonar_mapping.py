@@ -219,6 +219,16 @@ def test_another_ring_may_take_over() -> None:
     assert mapping.process(SonarRecord(6.0, ranges, mounts, 0.3, 3.0)) is not None
 
 
+def test_a_cone_of_more_than_half_a_turn_hears_half_a_turn() -> None:
+    mapping = SonarMapping()
+    mapping.process(odometry(0.0, np.zeros(3)))
+    ranges, mounts = np.array([1.0], np.float32), np.zeros((1, 3))
+    assert mapping.process(SonarRecord(0.0, ranges, mounts, 3.2, 4.0)) is not None
+    world = mapping.map()
+    known = world.geometry.centres_of(np.argwhere(world.cells >= 0))
+    assert known[:, 0].min() > -0.1
+
+
 def test_a_trajectory_grows_beyond_its_first_size() -> None:
     trajectory = Trajectory()
     for number in range(3000):

@@ -184,12 +184,17 @@ class SonarMapping:
         return self._grid
 
 
+def cone_of(sonar: SonarRecord) -> float:
+    """Return the opening angle in rad: nothing behind a sonar is heard, whatever it says."""
+    return min(sonar.cone, math.pi)
+
+
 def _ring_of(sonar: SonarRecord) -> SonarRing:
-    return SonarRing(np.asarray(sonar.mounts, float), sonar.cone, sonar.range_max)
+    return SonarRing(np.asarray(sonar.mounts, float), cone_of(sonar), sonar.range_max)
 
 
 def _is_ring_of(ring: SonarRing, sonar: SonarRecord) -> bool:
-    is_same = (ring.cone, ring.range_max) == (sonar.cone, sonar.range_max)
+    is_same = (ring.cone, ring.range_max) == (cone_of(sonar), sonar.range_max)
     return is_same and np.array_equal(ring.mounts, sonar.mounts)
 
 
