@@ -38,7 +38,7 @@ class SonarRing:
         return self.cone / 2.0
 
     def readings(self, map_from_base: ArrayLike, ranges: ArrayLike) -> SonarReadings:
-        """Return all readings (n, 4) of a round of ranges (n,), turned and moved to the map (4-3)."""
+        """Return all readings (n, 4) of ranges (n,), turned and moved to the map (4-3)."""
         measured = np.asarray(ranges, float)
         if measured.shape != (len(self.mounts),):
             raise ValueError(f"{measured.shape} ranges do not fit {len(self.mounts)} sonars")
