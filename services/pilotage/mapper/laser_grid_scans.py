@@ -26,6 +26,11 @@ class DrawnScan:
     ends: NDArray[np.float64]
     is_hit: NDArray[np.bool_]
 
+    def moved(self, pose: ArrayLike) -> "DrawnScan":
+        """Return the scan in the frame that sees the robot at `pose` (3,)."""
+        points = se2.transform_points(pose, np.vstack([self.laser, self.ends]))
+        return DrawnScan(self.stamp, points[0], points[1:], self.is_hit)
+
 
 def drawn_scan(record: ScanRecord, clearing_range: float = 0.0) -> DrawnScan:
     """Return a scan of a log in the robot's frame.
