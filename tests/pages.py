@@ -43,7 +43,7 @@ class Page:
             return None
         return answer.json() if answer.status_code == httpx.codes.OK else None
 
-    def command(self, name: str, **arguments: object) -> dict[str, Any]:
+    def command(self, name: str, /, **arguments: object) -> dict[str, Any]:
         """Give a command that must be carried out."""
         answer = self._client.post(f"/api/v1/robots/demo/commands/{name}", json=arguments)
         assert answer.status_code == httpx.codes.OK, answer.text

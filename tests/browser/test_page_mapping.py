@@ -123,6 +123,7 @@ def test_the_view_stays_fitted_to_the_growing_map_until_somebody_moves_it(
     eventually(lambda: seen(page) > 0, 10.0, "a map")
     fitted = place()
     eventually(lambda: place() != fitted, 15.0, "the view following the map")
+    page.locator("[data-tool=follow]").click()
     page.locator("[data-tool=in]").click()
     page.wait_for_timeout(500)
     chosen, before = place(), len(mapping._way)

@@ -1,12 +1,13 @@
 """`pilotage up` with toys in its process table: `python -m toys.up DEPLOYMENT`."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from pilotage.bus.deployment import ConfigError
 from pilotage.bus.runner import complain
 from pilotage.launcher.effective import Overrides
-from pilotage.launcher.process_table import ROUTER, Entry, named
+from pilotage.launcher.process_table import PROCESSES, Entry, named
 from pilotage.launcher.run import launch
 
 
@@ -15,7 +16,12 @@ def toy(name: str) -> Entry:
     return Entry(name, f"toys.{name}", "toys.config:ToySettings", ("router",), named(name))
 
 
-TABLE = (ROUTER, toy("ann"), toy("ben"))
+REAL = tuple(
+    replace(entry, module="toys.mapper") if entry.name == "mapper" else entry for entry in PROCESSES
+)
+"""The real services, but for a mapper that maps by dead reckoning."""
+
+TABLE = (*REAL, toy("ann"), toy("ben"))
 
 
 def main() -> int:

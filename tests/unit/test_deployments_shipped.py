@@ -17,7 +17,7 @@ RECORDED = {"wean.yaml"}
 
 
 def test_the_promised_deployments_are_there() -> None:
-    assert {"demo.yaml", "hall.yaml", "office.yaml", "wean.yaml"} <= set(SHIPPED)
+    assert {"demo.yaml", "hall.yaml", "mapping.yaml", "office.yaml", "wean.yaml"} <= set(SHIPPED)
 
 
 @pytest.mark.parametrize("name", [name for name in SHIPPED if name not in RECORDED])
