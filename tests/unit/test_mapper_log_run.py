@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,6 +84,11 @@ def test_what_comes_twice_is_fed_once() -> None:
     log = log_of(*(record for _ in range(2) for record in (odometry(1.0, 0.0), scan(1.0))))
     kinds = [type(record).__name__ for record in records_of(log, LASER)]
     assert kinds == ["OdometryRecord", "ScanRecord"]
+
+
+def test_two_scans_of_one_coarse_stamp_are_both_fed() -> None:
+    other = replace(scan(1.0), ranges=np.full(5, 7.0, np.float32))
+    assert len(scans_of(log_of(odometry(1.0, 0.0), scan(1.0), other))) == 2
 
 
 def test_compass_commands_and_the_chosen_sensor_are_fed() -> None:

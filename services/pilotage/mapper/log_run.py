@@ -119,10 +119,19 @@ def _measured(log: Log, use: LogUse) -> list[ScanRecord | SonarRecord]:
     return [thinned(scan, use.beams) for scan in _without_repeats(scans)]
 
 
+def _repeats(record: OdometryRecord | ScanRecord, last: OdometryRecord | ScanRecord) -> bool:
+    """Say whether a record is the last one again; coarse stamps may give two scans the same."""
+    if record.stamp > last.stamp:
+        return False
+    if isinstance(record, ScanRecord) and isinstance(last, ScanRecord):
+        return np.array_equal(record.ranges, last.ranges)
+    return True
+
+
 def _without_repeats(records: tuple[Stamped, ...]) -> tuple[Stamped, ...]:
-    """Return the records that are newer than the one before: a repeated one is no news."""
-    is_newer = [True, *(record.stamp > last.stamp for last, record in pairwise(records))]
-    return tuple(compress(records, is_newer))
+    """Return the records that are not the one before again: that is no news."""
+    is_new = [True, *(not _repeats(record, last) for last, record in pairwise(records))]
+    return tuple(compress(records, is_new))
 
 
 def _odometry_of_scans(measured: list[ScanRecord | SonarRecord]) -> tuple[OdometryRecord, ...]:
