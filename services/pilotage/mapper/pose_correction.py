@@ -13,18 +13,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.core.angles import wrap
-from pilotage.core.motion import arc
 from pilotage.mapper.displacement import (
     Displacement,
     DisplacementNoise,
     Matrix,
     Vector,
-    disagreement,
     fuse_increments,
     fusing_gain,
     measured,
     share_directions,
 )
+from pilotage.mapper.obedience import Obedience, ObedienceParams
 
 HEADING = np.array([0.0, 0.0, 1.0, 1.0])
 """What a compass sees of the state (x, y, theta, offset of the compass)."""
@@ -50,8 +49,8 @@ class PoseCorrectionParams:
     """43 mm in 3.64 m (table 5-1); floors: 5 ms of timing at 0.2 m/s and 0.6 rad/s."""
     horizon: float = 1.0
     """m and rad over which shares add up when odometry and orders are weighed."""
-    most_disagreement: float = 11.34
-    """Squared Mahalanobis distance up to which an order counts as obeyed (chi2, 3, 99 %)."""
+    obedience: ObedienceParams = field(default_factory=ObedienceParams)
+    """When an order counts."""
     most_heading_sigmas: float = 3.5
     """Standard deviations up to which a compass counts as undisturbed."""
     compass_deviation: float = float(np.deg2rad(1.0))
@@ -92,6 +91,9 @@ class PoseCorrection:
     ) -> None:
         """Begin at a pose (3,) of the map, exactly unless a covariance (3, 3) is given."""
         self._params = params or PoseCorrectionParams()
+        self._obedience = Obedience(
+            self._params.obedience, self._params.odometry, self._params.command
+        )
         random = np.zeros((4, 4))
         random[:3, :3] = np.diag([1e-8] * 3) if start_covariance is None else start_covariance
         random[3, 3] = self._params.compass_offset**2
@@ -125,7 +127,7 @@ class PoseCorrection:
                 it shows nothing.
         """
         counted = np.asarray(odometry_increment, float)
-        ordered = None if command is None else arc(np.zeros(3), *command, dt)
+        ordered = self._obedience.order(counted, dt, command)
         self._belief = moved(self._belief, counted, ordered, self._params)
         if heading is not None:
             self._belief = turned_to(self._belief, *heading, self._params)
@@ -148,11 +150,11 @@ class PoseCorrection:
 def moved(
     belief: Belief, counted: Vector, ordered: Vector | None, params: PoseCorrectionParams
 ) -> Belief:
-    """Return the belief after a displacement counted, and ordered if it was (eq. 2-8 to 2-19)."""
+    """Return the belief after a displacement counted, and ordered if one was (2-8 to 2-19)."""
     step = measured(counted, params.odometry.walks)
     lasting = np.zeros((3, 4))
     lasting[:, :2] = share_directions(counted, params.odometry)
-    if ordered is not None and is_obeyed(counted, ordered, params):
+    if ordered is not None:
         gain = fusing_gain(
             measured(counted, params.odometry, params.horizon),
             measured(ordered, params.command, params.horizon),
@@ -161,16 +163,6 @@ def moved(
         lasting[:, :2] = (np.eye(3) - gain) @ lasting[:, :2]
         lasting[:, 2:] = gain @ share_directions(ordered, params.command)
     return _along(belief, step, lasting)
-
-
-def is_obeyed(counted: Vector, ordered: Vector, params: PoseCorrectionParams) -> bool:
-    """Say whether odometry may have seen what was ordered, both with their errors.
-
-    Blocked wheels, a watchdog that stopped the robot, the time it takes to gather speed: then an
-    order says nothing about the displacement.
-    """
-    step, order = measured(counted, params.odometry), measured(ordered, params.command)
-    return disagreement(step, order) <= params.most_disagreement
 
 
 def turned_to(belief: Belief, yaw: float, sigma: float, params: PoseCorrectionParams) -> Belief:
