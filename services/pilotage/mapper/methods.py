@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import get_args
+from typing import cast, get_args
 
 from pilotage.mapper.method import MappingMethod
 from pilotage.mapper.sonar_models import SonarModel
@@ -32,7 +32,9 @@ def _laser(_setup: MappingSetup) -> MappingMethod:
 def _sonar(setup: MappingSetup) -> MappingMethod:
     from pilotage.mapper.sonar_mapping import SonarMapping  # noqa: PLC0415 - start-up time
 
-    return SonarMapping() if setup.model is None else SonarMapping(model=setup.model)
+    if setup.model is None:
+        return SonarMapping()
+    return SonarMapping(model=cast("SonarModel", setup.model))  # one of MODELS, as required
 
 
 METHODS: dict[str, Callable[[MappingSetup], MappingMethod]] = {"laser": _laser, "sonar": _sonar}
