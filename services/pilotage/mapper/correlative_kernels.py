@@ -30,7 +30,7 @@ def _sum_at(layer: NDArray[np.uint8], cells: NDArray[np.int32], row: int, col: i
     for i in range(len(cells)):
         r, c = cells[i, 0] + row, cells[i, 1] + col
         if 0 <= r < rows and 0 <= c < cols:
-            total += layer[r, c]
+            total += int(layer[r, c])
     return total
 
 
