@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any, Self
 
 import cbor2
+import numpy as np
 import pytest
 import requests
 import schemathesis
@@ -30,19 +31,38 @@ from gateway_world import (
     status,
 )
 from pilotage.gateway.config import GatewaySettings
+from pilotage.gateway.map_archive import packed
 from pilotage.gateway.routes.commands import EXAMPLES
+from pilotage.gateway.routes.library import EXAMPLE, SAVED_EXAMPLE
 from pilotage.gateway.server import listening, serve_at
+from pilotage_schemas.commands import Done, MapFile, MapList, MapSaved, StoredMap
+from pilotage_schemas.message import Part
 from pilotage_schemas.topics import QUERIES, TOPICS, encoding, topic_key
 
 CASES = 300
 """Of each kind of request, over 36 operations: the whole file stays under 20 s."""
 
 
+@schemathesis.serializer("application/zip")
+def zipped(_context: object, _value: object) -> bytes:
+    """An archive that can be read: random bytes are none, and are tested apart."""
+    return packed({"map.yaml": b"image: map.pgm", "map.pgm": b"P5"})
+
+
+LIBRARY: dict[str, Part] = {
+    "map_list": MapList(maps=(StoredMap.model_validate(EXAMPLE),)),
+    "map_fetch": MapFile(content=np.zeros(3, np.int8)),
+    "map_store": MapSaved.model_validate(SAVED_EXAMPLE),
+    "map_delete": Done(detail="deleted office"),
+}
+
+
 def answering(world: GatewayWorld) -> None:
-    """Let every command be answered with its example."""
+    """Let every command be answered with its example, and the library hold one map."""
     for query in QUERIES.values():
-        _, reply = EXAMPLES[query.name]
-        parsed = query.reply.model_validate(reply)
+        parsed = LIBRARY.get(query.name)
+        if parsed is None:
+            parsed = query.reply.model_validate(EXAMPLES[query.name][1])
         world.other(query.service).answer(query.name, lambda _request, parsed=parsed: parsed)  # type: ignore[misc]  # bound now
 
     def pump() -> None:

@@ -26,6 +26,7 @@ from pilotage.mapper.service import MapperService
 from pilotage.robot.config import RobotSettings
 from pilotage.robot.service import RobotService
 from pilotage_schemas.codec import decode, encode
+from pilotage_schemas.mapping import MappingSensor
 from pilotage_schemas.message import Message, Part
 from pilotage_schemas.sensors import RobotDescription, SensorMount
 from pilotage_schemas.topics import QUERIES, TOPICS, Query, encoding, query_key, topic_key
@@ -37,7 +38,14 @@ FEW = replace(ParticleParams(), search=SearchParams(candidates=5_000, kept=1_000
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 Build = Callable[[Node], object]
-EXAMPLES = {"localizer": 80, "localizer by mcl": 40, "robot": 20}
+EXAMPLES = {
+    "localizer": 80,
+    "localizer by mcl": 40,
+    "mapper": 40,
+    "mapper by laser": 60,
+    "mapper by sonar": 40,
+    "robot": 20,
+}
 
 
 def localizer_by(method: Literal["markov", "mcl"]) -> Build:
@@ -58,8 +66,11 @@ def localizer_by(method: Literal["markov", "mcl"]) -> Build:
     return build
 
 
-def mapper(node: Node) -> object:
-    return MapperService(MapperSettings(), node, Deployment())
+def mapper_by(sensor: MappingSensor | None) -> Build:
+    def build(node: Node) -> object:
+        return MapperService(MapperSettings(mapping=sensor), node, Deployment())
+
+    return build
 
 
 def robot(node: Node) -> object:
@@ -74,7 +85,9 @@ def robot(node: Node) -> object:
 SERVICES: dict[str, Build] = {
     "localizer": localizer_by("markov"),
     "localizer by mcl": localizer_by("mcl"),
-    "mapper": mapper,
+    "mapper": mapper_by(None),
+    "mapper by laser": mapper_by("laser"),
+    "mapper by sonar": mapper_by("sonar"),
     "robot": robot,
 }
 

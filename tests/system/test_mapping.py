@@ -106,7 +106,7 @@ def test_a_map_is_kept_listed_and_downloaded(
     archive = zipfile.ZipFile(io.BytesIO(client.get("/api/v1/maps/office/archive").content))
     archive.extractall(tmp_path)
     assert map_digest(load_map(tmp_path / "map.yaml")) == saved["map_id"]
-    assert (tmp_path / "trajectory.tum").read_text().count("\n") > 100
+    assert (tmp_path / "trajectory.tum").read_text().count("\n") > 40
     assert "VERTEX_SE2" in (tmp_path / "pose_graph.g2o").read_text()
 
 

@@ -157,7 +157,7 @@ def stepped(outbox: Outbox, count: int) -> Outbox:
     """Put steps that say their number into an outbox."""
 
     def say(text: str) -> Callable[[], bytes]:
-        return lambda: text.encode()
+        return text.encode
 
     whole = ("map", "mapper"), say("map")
     for number in range(count):

@@ -144,7 +144,8 @@ class MapChoice:
         if self.session is None:
             return
         before = self.show.map_id
-        self.show.grow(decided(self.session.method.map()))
+        with self._node.busy(WORK_S):
+            self.show.grow(decided(self.session.method.map()))
         if with_path or before != self.show.map_id:
             self.show.path(self.session.method.trajectory()[1])
             self.say_status()

@@ -28,8 +28,8 @@ from pilotage_schemas.topics import QUERIES
 router = APIRouter(tags=["map library"])
 PREFIX = "/api/v1/maps"
 ZIP = "application/zip"
-BUS = (429, 502, 503, 504)
-"""What can go wrong with anything that is asked of the mapper."""
+BUS = (422, 429, 502, 503, 504)
+"""What can go wrong with anything that is asked of the mapper about a map of some name."""
 
 EXAMPLE = {
     "name": "office",
@@ -51,7 +51,9 @@ def _bytes(media_type: str) -> dict[int | str, dict[str, Any]]:
     return {200: {"description": "OK", "content": {media_type: {"schema": BINARY}}}}
 
 
-@router.get(PREFIX, responses=ok(schema_of(MapList), {"maps": [EXAMPLE]}) | responses(*BUS))
+@router.get(
+    PREFIX, responses=ok(schema_of(MapList), {"maps": [EXAMPLE]}) | responses(429, 502, 503, 504)
+)
 async def maps(service: Gateway) -> JSONResponse:
     """List the maps of the library."""
     return JSONResponse(to_json(await _list(service)))
@@ -69,7 +71,7 @@ async def facts(service: Gateway, name: Name) -> JSONResponse:
     f"{PREFIX}/{{name}}",
     dependencies=[Depends(operator_only)],
     openapi_extra={"requestBody": {"required": True, "content": {ZIP: {"schema": BINARY}}}},
-    responses=ok(schema_of(MapSaved), SAVED_EXAMPLE) | responses(403, 409, 413, 422, *BUS),
+    responses=ok(schema_of(MapSaved), SAVED_EXAMPLE) | responses(403, 409, 413, *BUS),
 )
 async def upload(request: Request, service: Gateway, name: Name) -> JSONResponse:
     """Take a ZIP archive with map.yaml and its image into the library, in place of an older map."""
