@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from pilotage.core.grid import OccupancyMap
 from pilotage.experiments.plots import PATH, WITH, WITHOUT, extent_of
@@ -94,8 +95,9 @@ def noise_figure(noises: Sequence[Mapping[str, tuple[int, int]]]) -> Figure:
     axes.set(ylabel="noise cells / obstacle cells [%]")
     axes.set_title(f"{len(noises)} runs: mean, spread and every run")
     axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter(NullFormatter())
     axes.grid(axis="y", alpha=0.3)
     return figure
 
