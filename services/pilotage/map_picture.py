@@ -15,13 +15,14 @@ from pilotage.core.grid import OccupancyMap
 
 UNKNOWN_SHADE, FREE_SHADE, WALL_SHADE = "#dfe3e8", "#ffffff", "#1d2733"
 SHADES = ListedColormap([UNKNOWN_SHADE, FREE_SHADE, WALL_SHADE])
-WAY = colormaps["viridis"]
+WAY, END_SHADE = colormaps["viridis"], "#c0392b"
 MARGIN = 0.03
 """Shown around what is known of the map and around the way, as a share of its longer side."""
 
-LONGER_SIDE = 11.0
-"""Inches; with DPI this is what a cell a pixel comes to for a building of 80 m."""
-DPI, FEWEST_PIXELS, MOST_PIXELS = 150, 800, 3000
+LONGER_SIDE, DPI = 11.0, 150
+"""Inches, and pixels of each: a cell of 0.05 m has a pixel in buildings of up to 80 m."""
+MOST_CELLS = 1600
+"""Along the longer side; larger maps are shrunk first, which keeps thin walls and saves memory."""
 
 POINTS_DRAWN = 5000
 """Of the way: more are not told apart."""
@@ -34,8 +35,7 @@ def map_picture(world: OccupancyMap, poses: NDArray[np.float64], title: str) -> 
     """
     low, high = _shown(world, poses)
     width, height = high - low
-    longer = max(width, height)
-    size = np.maximum(LONGER_SIDE * np.array([width, height]) / longer, 3.0)
+    size = np.maximum(LONGER_SIDE * np.array([width, height]) / max(width, height), 3.0)
     figure = Figure(figsize=(size[0], size[1] + 0.4), layout="constrained")
     axes = figure.subplots()
     _draw_map(axes, world)
@@ -44,8 +44,7 @@ def map_picture(world: OccupancyMap, poses: NDArray[np.float64], title: str) -> 
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
     axes.set_title(title, fontsize="medium")
     drawn = io.BytesIO()
-    pixels = np.clip(longer / world.geometry.resolution, FEWEST_PIXELS, MOST_PIXELS)
-    figure.savefig(drawn, format="png", dpi=max(DPI, pixels / LONGER_SIDE))
+    figure.savefig(drawn, format="png", dpi=DPI)
     return drawn.getvalue()
 
 
@@ -70,7 +69,7 @@ def _known_box(cells: NDArray[np.int8]) -> tuple[int, int, int, int]:
 
 def _draw_map(axes: Axes, world: OccupancyMap) -> None:
     low_row, high_row, low_col, high_col = _known_box(world.cells)
-    step = max(1, -(-max(high_row - low_row, high_col - low_col) // MOST_PIXELS))
+    step = max(1, -(-max(high_row - low_row, high_col - low_col) // MOST_CELLS))
     cells = shrunk(np.sign(world.cells[low_row:high_row, low_col:high_col]), step)
     side = world.geometry.resolution
     left, bottom = low_col * side, low_row * side
@@ -111,10 +110,15 @@ def _draw_way(axes: Axes, poses: NDArray[np.float64]) -> None:
     way = LineCollection(list(pieces), cmap=WAY, linewidth=0.9, alpha=0.9)
     way.set_array(np.linspace(0.0, 1.0, len(pieces)))
     axes.add_collection(way)
-    for pose, shape, name in ((poses[0], "o", "start"), (poses[-1], "s", "end")):
-        axes.plot(*pose[:2], shape, color="#c0392b", markersize=5, zorder=4)
+    for pose, shape, name, above in ((poses[0], "o", "start", 5), (poses[-1], "s", "end", -12)):
+        axes.plot(*pose[:2], shape, color=END_SHADE, markersize=5, zorder=4)
         axes.annotate(
-            name, pose[:2], (5, 5), textcoords="offset points", color="#c0392b", fontsize="small"
+            name,
+            pose[:2],
+            (5, above),
+            textcoords="offset points",
+            color=END_SHADE,
+            fontsize="small",
         )
 
 

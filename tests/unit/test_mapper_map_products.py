@@ -132,7 +132,7 @@ def test_picture_is_drawn_of_any_way(count: int) -> None:
     way = np.zeros((count, 3))
     way[:, 0] = np.linspace(0.0, 1.0, count)
     image = Image.open(io.BytesIO(map_picture(ROOM, way, "a room")))
-    assert max(image.size) < 4500
+    assert max(image.size) < 2000
 
 
 def test_thin_walls_stay_where_a_large_map_is_shrunk() -> None:
@@ -145,7 +145,7 @@ def test_thin_walls_stay_where_a_large_map_is_shrunk() -> None:
 def test_large_map_is_drawn_in_little_memory() -> None:
     large = OccupancyMap(GridGeometry(6000, 200, 0.05), np.zeros((6000, 200), np.int8))
     image = Image.open(io.BytesIO(map_picture(large, np.zeros((0, 3)), "a corridor")))
-    assert max(image.size) < 3500
+    assert max(image.size) < 2000
 
 
 def test_map_of_nothing_is_drawn() -> None:
