@@ -1,5 +1,7 @@
 """The graph of keyframes as arrays by name, for snapshots, and back."""
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +10,7 @@ from pilotage.mapper.laser_grid_scans import DrawnScan
 from pilotage.mapper.pose_edges import Edge
 
 Arrays = dict[str, NDArray[np.generic]]
+Kind = TypeVar("Kind", bound=np.generic)
 
 
 def packed_graph(graph: KeyframeGraph) -> Arrays:
@@ -61,7 +64,7 @@ def unpack_graph(memory: Arrays, graph: KeyframeGraph) -> None:
 
 def _scans(memory: Arrays) -> list[DrawnScan]:
     ends = _split(memory["ends"], memory["end_counts"])
-    hits = np.split(memory["is_hit"].astype(np.bool_), np.cumsum(memory["end_counts"])[:-1])
+    hits = _pieces(memory["is_hit"].astype(np.bool_), memory["end_counts"])
     stamps = memory["scan_stamps"].tolist()
     lasers = memory["lasers"].astype(float)
     return [
@@ -75,6 +78,9 @@ def _stacked(parts: list[NDArray[np.float64]]) -> NDArray[np.float32]:
 
 
 def _split(stacked: NDArray[np.generic], counts: NDArray[np.generic]) -> list[NDArray[np.float64]]:
-    if not len(counts):
-        return []
-    return np.split(stacked.astype(np.float64), np.cumsum(counts)[:-1])
+    return _pieces(stacked.astype(np.float64), counts)
+
+
+def _pieces(stacked: NDArray[Kind], counts: NDArray[np.generic]) -> list[NDArray[Kind]]:
+    """Return the parts of an array, so many rows each; none if there are no counts."""
+    return np.split(stacked, np.cumsum(counts)[:-1]) if len(counts) else []
