@@ -63,14 +63,18 @@ class FrontEnd:
         self._since.clear()
 
     def take(self, increment: NDArray[np.float64], scan: DrawnScan) -> NewKeyframe | None:
-        """Take in a scan and the odometry (3,) since the last; return a keyframe if it is due."""
+        """Take in a scan and the odometry (3,) since the last; return a keyframe if it is due.
+
+        A scan of nothing is none: a map of such keyframes could not be matched.
+        """
         params = self._params
         points = self._points(scan)
         if self._map is None:
             return self._keyframe(points, scan) if len(points) else None
         self.tracked = predicted(self.tracked, increment, params.tracker.drift)
-        if len(points):
-            self.tracked = corrected(self.tracked, points, self._map, params.tracker)
+        if not len(points):
+            return None
+        self.tracked = corrected(self.tracked, points, self._map, params.tracker)
         pose = self.tracked.pose
         if np.hypot(pose[0], pose[1]) > params.way or abs(pose[2]) > params.turn:
             return self._keyframe(points, scan)

@@ -98,8 +98,10 @@ def _closure(
 ) -> Edge | None:
     """Return the edge from a place to the newest keyframe, None if that is not there."""
     sigma, turn_sigma = _doubt(length, params)
-    there = local_map(_place_points(graph, place, params), tracker, 5 if sigma < 0.5 else 6)
-    points = _company_points(graph, params)
+    points, old = _company_points(graph, params), _place_points(graph, place, params)
+    if not len(points) or not len(old):
+        return None
+    there = local_map(old, tracker, 5 if sigma < 0.5 else 6)
     guess = se2.between(graph.poses[place], graph.poses[graph.newest])
     few = points[:: max(1, len(points) // params.search_points)]
     window = SearchWindow(
