@@ -145,7 +145,7 @@ def test_a_loop_that_is_closed_draws_the_map_anew(
 ) -> None:
     eventually(lambda: len(mapping._way) > 40, 20.0, "some way")
     mapping.close_loop(0.5)
-    expect(page.locator("#mapping-note")).to_contain_text("one loop closed")
+    expect(page.locator("#mapping-note")).to_contain_text("drawn anew once")
     page.wait_for_timeout(1200)
     picture(page, "mapping-redrawn")
     assert seen(page) > 0

@@ -137,7 +137,7 @@ class TestOverHttp:
         status("idle", redraws=1)
         assert world.events() == [
             "A map is made by laser",
-            "A loop was closed: the map is drawn anew",
+            "Old poses were corrected: the map is drawn anew",
             "The map is finished, of 7 measurements",
         ]
 

@@ -63,7 +63,7 @@ class Watch:
         if status.mode == "mapping" and before.since_ns != status.since_ns:
             self._events.append(now_ns, "map", "info", f"A map is made by {status.sensor}")
         elif status.mode == "mapping" and status.redraws > before.redraws:
-            self._events.append(now_ns, "map", "info", "A loop was closed: the map is drawn anew")
+            self._events.append(now_ns, "map", "info", "Old poses were corrected: the map is drawn anew")
         elif status.mode == "idle" and before.mode != "idle":
             text = f"The map is finished, of {status.steps} measurements"
             self._events.append(now_ns, "map", "info", text)

@@ -75,8 +75,8 @@ export class Mapping {
   summary(isMapping) {
     if (!isMapping) return "A new map begins where the robot stands.";
     const { steps, redraws } = this.status;
-    const loops = redraws ? `, ${redraws === 1 ? "one loop" : `${redraws} loops`} closed` : "";
-    return `${steps} scans in the map${loops}.`;
+    const anew = redraws ? `, drawn anew ${redraws === 1 ? "once" : `${redraws} times`}` : "";
+    return `${steps} scans in the map${anew}.`;
   }
 
   /** Shows the maps of the library, each with what can be done with it. */

@@ -141,7 +141,9 @@ export class Scene {
       drawTrail(context, view, palette, this.trail.points, state.clock.unixMs(), TRAIL_MS);
     }
     if (layers.has("scan") && robot) drawEnds(context, view, palette, this.ends(), robot);
-    const truth = layers.has("truth") && state.message("ground_truth");
+    // A map that was made here begins where the robot stood: the truth is of another frame.
+    const isTrueMap = !state.message("mapping_status")?.sensor;
+    const truth = layers.has("truth") && isTrueMap && state.message("ground_truth");
     if (truth) drawOutline(context, view, palette["text-2"], truth.pose);
     this.drawPlaces(context, robot);
     if (robot) this.drawRobot(context, robot);
