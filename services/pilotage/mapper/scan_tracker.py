@@ -27,12 +27,18 @@ class TrackerParams:
     """Of a scan so many points take part in the search."""
     search_limits: tuple[float, float] = (0.8, 0.7)
     """m and rad; the search goes to three standard deviations, but no farther."""
+    doubtful_cost: float = 0.45
+    """A match worse than this may be a wrong one: a better one is looked for farther off."""
     bad_cost: float = 0.65
     """A match worse than this is none."""
     good_cost: float = 0.35
     """One found by looking everywhere must be better than this."""
     everywhere: tuple[float, float] = (1.5, np.pi)
     """m and rad; where to look when odometry and scan contradict: wheels slip and are lifted."""
+    distrust: float = 4.0
+    """Odometry that a scan contradicts is off by so many times what is usual."""
+    better: float = 0.15
+    """A match farther off must be better than the usual one by so much cost."""
     enough_points: int = 40
     """With fewer a scan alone cannot say where it belongs, only correct what odometry says."""
 
@@ -79,10 +85,36 @@ def corrected(
 ) -> Tracked:
     """Return where the robot is, given also the points (n, 2) of a scan in its frame."""
     match = _near(guess, points, here, params)
-    if match.cost > params.bad_cost and len(points) >= params.enough_points:
-        return _anywhere(guess, points, here, params) or guess
-    covariance = inverted(inverted(guess.covariance) + match.information)
-    return Tracked(match.pose, covariance, is_matched=True)
+    if match.cost > params.doubtful_cost and len(points) >= params.enough_points:
+        return _recovered(guess, match, points, here, params)
+    return Tracked(
+        match.pose, inverted(inverted(guess.covariance) + match.information), is_matched=True
+    )
+
+
+def _recovered(
+    guess: Tracked,
+    usual: Match,
+    points: NDArray[np.float64],
+    here: LocalMap,
+    params: TrackerParams,
+) -> Tracked:
+    """Look farther where odometry and scan may contradict each other: wheels slip and are lifted.
+
+    If nothing fits, odometry's word is taken, but not for more than it is worth.
+    """
+    doubtful = Tracked(guess.pose, params.distrust**2 * guess.covariance, is_matched=False)
+    wider = _near(doubtful, points, here, params)
+    if wider.cost < usual.cost - params.better:
+        return _fused(doubtful, wider)
+    if usual.cost < params.bad_cost:
+        return _fused(guess, usual)
+    return _anywhere(guess, points, here, params) or doubtful
+
+
+def _fused(guess: Tracked, match: Match) -> Tracked:
+    known = inverted(guess.covariance) + match.information
+    return Tracked(match.pose, inverted(known), is_matched=True)
 
 
 def _near(
