@@ -36,6 +36,9 @@ class DeadReckoning:
     def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
         return odom_from_base
 
+    def settle(self) -> None:
+        pass
+
     def map(self) -> OccupancyMap:
         hits, free = np.concatenate(self._hits), np.concatenate(self._free)
         points = np.concatenate([hits, free, np.zeros((1, 2))])

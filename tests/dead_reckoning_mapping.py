@@ -49,6 +49,9 @@ class DeadReckoningMapping:
             return np.zeros(3)
         return se2.compose(self._map_from_odom, odom_from_base)
 
+    def settle(self) -> None:
+        pass
+
     def map(self) -> OccupancyMap:
         return self._grid.map()
 

@@ -49,6 +49,7 @@ class FinishedMap:
 
 def finish(method: MappingMethod) -> FinishedMap:
     """Return what a method has come to; it may go on afterwards."""
+    method.settle()
     stamps, poses = method.trajectory()
     return FinishedMap(decided(method.map()), stamps, poses, method.pose_graph())
 

@@ -61,6 +61,10 @@ class MappingMethod(Protocol):
         """Return the last pose (3,) in the map, moved on by odometry since."""
         ...
 
+    def settle(self) -> None:
+        """Work off what waits for more measurements: there will be none before the map is used."""
+        ...
+
     def map(self) -> OccupancyMap:
         """Return the map as it is now: unknown cells stay unknown."""
         ...

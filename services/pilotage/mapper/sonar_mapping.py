@@ -85,6 +85,9 @@ class SonarMapping:
         since = se2.between(self._odometry.pose, odom_from_base)
         return se2.compose(self._correction.pose, since)
 
+    def settle(self) -> None:
+        """Do nothing: every measurement is drawn as it comes."""
+
     def map(self) -> OccupancyMap:
         """Return the map as it is now: unknown cells stay unknown."""
         if self._grid is None:
