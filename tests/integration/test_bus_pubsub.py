@@ -4,16 +4,21 @@ import itertools
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from typing import Any
 
+import numpy as np
 import pytest
 
+from gateway_world import pose_estimate
 from pilotage.bus.clock import SystemClock
+from pilotage.bus.endpoints import Publisher
 from pilotage.bus.node import Node
 from pilotage.bus.session import ZenohFabric, open_fabric
 from pilotage_schemas.codec import encode
-from pilotage_schemas.mapping import OccupancyGrid
+from pilotage_schemas.mapping import GridPatch, OccupancyGrid
 from pilotage_schemas.message import Message
 from pilotage_schemas.sensors import Bumper, Odometry
+from pilotage_schemas.topics import PATCHES_KEPT
 from sample_messages import bumper, grid, odometry
 from waiting import eventually, never
 
@@ -200,3 +205,33 @@ def test_after_the_session_is_closed_nothing_more_comes(bus: Bus) -> None:
         return len(got) > before
 
     never(more_came, during=0.2)
+
+
+def test_who_joins_late_gets_the_whole_map_and_all_its_patches_in_order(bus: Bus) -> None:
+    mapper = bus.node("mapper")
+    mapper.publisher("map").publish(grid(1))
+    for number in range(PATCHES_KEPT + 5):
+        cells = np.full((1, 1), number % 100, np.int8)
+        patch = GridPatch(stamp_ns=1, frame_id="map", map_id="0123", row=0, col=0, cells=cells)
+        mapper.publisher("map_patch").publish(patch)
+    late = bus.node("gateway")
+    maps: list[OccupancyGrid] = []
+    patches: list[GridPatch] = []
+    late.subscribe("map", maps.append)
+    late.subscribe("map_patch", patches.append)
+    bus.eventually(lambda: maps and len(patches) >= PATCHES_KEPT)
+    assert [patch.seq for patch in patches] == list(range(5, PATCHES_KEPT + 5))
+
+
+def test_the_pose_goes_from_one_service_to_the_other(bus: Bus) -> None:
+    mapper, localizer, page = bus.node("mapper"), bus.node("localizer"), bus.node("gateway")
+    xs: list[float] = []
+    page.subscribe("pose", lambda estimate: xs.append(estimate.pose.x))
+    for node, x in ((localizer, 1.0), (mapper, 2.0), (localizer, 3.0)):
+        speaking = node.publisher("pose")
+
+        def is_heard(node: Node = node, x: float = x, speaking: Publisher[Any] = speaking) -> bool:
+            speaking.publish(pose_estimate(node.clock.now_ns(), x))
+            return bool(xs) and xs[-1] == x
+
+        bus.eventually(is_heard)
