@@ -137,7 +137,7 @@ _QUERIES = (
     Query("map_reset", "mapper", c.Nothing, c.Done, "begin the map in the making anew", 30.0),
     Query("map_save", "mapper", c.MapSave, c.MapSaved, "keep the map in the library", 30.0),
     Query("map_load", "mapper", c.MapLoad, c.MapLoaded, "use a map of the library or a file", 30.0),
-    Query("load_map", "mapper", c.LoadMap, c.MapLoaded, "older name of map_load", 10.0),
+    Query("load_map", "mapper", c.LoadMap, c.MapLoaded, "the same as map_load, by its path", 10.0),
     Query("map_list", "mapper", c.Nothing, c.MapList, "list the library", is_command=False),
     Query("map_delete", "mapper", c.MapDelete, c.Done, "delete a map", 10.0, is_command=False),
     Query("map_fetch", "mapper", c.MapFetch, c.MapFile, "read a file", 10.0, is_command=False),

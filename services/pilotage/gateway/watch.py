@@ -63,7 +63,8 @@ class Watch:
         if status.mode == "mapping" and before.since_ns != status.since_ns:
             self._events.append(now_ns, "map", "info", f"A map is made by {status.sensor}")
         elif status.mode == "mapping" and status.redraws > before.redraws:
-            self._events.append(now_ns, "map", "info", "Old poses were corrected: the map is drawn anew")
+            text = "Old poses were corrected: the map is drawn anew"
+            self._events.append(now_ns, "map", "info", text)
         elif status.mode == "idle" and before.mode != "idle":
             text = f"The map is finished, of {status.steps} measurements"
             self._events.append(now_ns, "map", "info", text)
