@@ -1,4 +1,4 @@
-"""The mapper: a scan drawn into the laser's grid, and a map drawn again after a loop was closed."""
+"""The mapper: a scan matched and drawn into the laser's grid, and a map drawn again."""
 
 import itertools
 from collections.abc import Iterator
@@ -9,17 +9,35 @@ from numpy.typing import NDArray
 from pilotage.bench.building_cases import OFFICE_CORRIDOR
 from pilotage.bench.entry import Entry, Size, Stopwatch
 from pilotage.bench.reference_laser_grid import PlainLaserGrid
+from pilotage.bench.reference_scan_match import plain_match
 from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.raycast import cast_scan
+from pilotage.mapper.front_end import FrontEndParams
 from pilotage.mapper.laser_grid import LaserGrid
 from pilotage.mapper.laser_grid_scans import DrawnScan, redraw
+from pilotage.mapper.odometry_drift import drift_covariance
+from pilotage.mapper.scan_tracker import (
+    HERE,
+    LocalMap,
+    TrackerParams,
+    corrected,
+    local_map,
+    predicted,
+)
+from pilotage.mapper.surfel_kernels import thin_points
 from pilotage.robot.simulator.floor_plans import office_floor
 
 BEAMS, VIEW, REACH, SIGMA = 361, np.pi, 30.0, 0.01
 """A laser as on the robots of the recorded logs: beams, rad, m, m."""
 
 SCANS, PLAIN_SCANS, REDRAWN = 200, 3, 1000
+LOCAL = 20
+"""So many scans make the map that one is matched on."""
+
+MATCHED = 40
+"""So many are matched."""
+
 PERIOD = 0.1
 """s between two scans."""
 
@@ -28,7 +46,7 @@ SWAY = 0.8
 
 
 def mapping_cases(watch: Stopwatch) -> Iterator[Entry]:
-    """Yield drawing one scan, and a thousand at once, in the office of 60 m x 40 m."""
+    """Yield drawing one scan, a thousand, and matching one, in the office of 60 m x 40 m."""
     world = office_floor()
     poses, scans = _scans(world)
     plain = _plain_ms(watch, world, poses[:PLAIN_SCANS], scans[:PLAIN_SCANS])
@@ -52,6 +70,47 @@ def mapping_cases(watch: Stopwatch) -> Iterator[Entry]:
         plain * REDRAWN,
         PLAIN_SCANS / REDRAWN,
     )
+    yield _match_case(watch, poses, scans)
+
+
+def _match_case(watch: Stopwatch, poses: NDArray[np.float64], scans: list[DrawnScan]) -> Entry:
+    """Match scans on the map of those before, where odometry puts them."""
+    params, rng = TrackerParams(), np.random.default_rng(1)
+    spent, plain, cells = list[float](), list[float](), 0
+    for at in range(1, len(poses), max(1, len(poses) // MATCHED)):
+        here = _map_before(poses, scans, at, params)
+        increment = se2.between(poses[at - 1], poses[at])
+        error = rng.multivariate_normal(np.zeros(3), drift_covariance(increment, params.drift))
+        guess = predicted(HERE, se2.compose(increment, error), params.drift)
+        points = thin_points(_hits(scans[at]), FrontEndParams().thin)
+        spent.append(watch.ms(lambda: corrected(guess, points, here, params)))  # noqa: B023 - called at once
+        if len(plain) < PLAIN_SCANS:
+            plain.append(watch.ms(lambda: plain_match(guess, points, here, params)))  # noqa: B023 - same
+        cells = here.surfels.nearest.size
+    return Entry(
+        "office: a scan matched on the map around",
+        Size(cells, BEAMS, "cells"),
+        float(np.median(spent)),
+        float(np.median(plain)),
+        1.0,
+        {"p95_ms": float(np.percentile(spent, 95))},
+    )
+
+
+def _map_before(
+    poses: NDArray[np.float64], scans: list[DrawnScan], at: int, params: TrackerParams
+) -> LocalMap:
+    """Return the map of the scans before one, in the frame of the last of them."""
+    known = [
+        se2.transform_points(se2.between(poses[at - 1], poses[k]), _hits(scans[k]))
+        for k in range(max(0, at - LOCAL), at)
+    ]
+    return local_map(np.vstack(known), params)
+
+
+def _hits(scan: DrawnScan) -> NDArray[np.float64]:
+    """Return the points (n, 2) of a scan."""
+    return np.ascontiguousarray(scan.ends[scan.is_hit])
 
 
 def _scans(world: OccupancyMap) -> tuple[NDArray[np.float64], list[DrawnScan]]:

@@ -8,7 +8,7 @@ from pilotage.bench.grid_cases import exact_posterior_case, hall_case
 from pilotage.bench.mapping_cases import mapping_cases
 from pilotage.bench.particle_cases import COUNTS, particle_cases
 
-ENTRIES = 1 + 3 * len(AREAS) + 4 + 2 * len(COUNTS) + 2 + 1
+ENTRIES = 1 + 3 * len(AREAS) + 4 + 2 * len(COUNTS) + 3 + 1
 """How many entries there are, for a progress bar."""
 
 
