@@ -1,6 +1,6 @@
 """Places known again: where a new keyframe fits on what older ones saw."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,12 +8,33 @@ from numpy.typing import NDArray
 from pilotage.core import se2
 from pilotage.mapper.correlative_search import SearchWindow, search
 from pilotage.mapper.keyframes import KeyframeGraph
+from pilotage.mapper.laser_grid_scans import DrawnScan
 from pilotage.mapper.odometry_drift import turned_covariance
 from pilotage.mapper.pose_edges import Edge, inverted
 from pilotage.mapper.scan_matcher import Match, refine
 from pilotage.mapper.scan_tracker import LocalMap, TrackerParams, local_map
+from pilotage.mapper.sight import seen_past
 from pilotage.mapper.surfel_kernels import thin_points
 from pilotage.mapper.visibility_kernels import beams_through_walls
+
+ON_WALL = 0.12
+"""m from a surfel up to which a point lies on its wall."""
+MARGIN = 0.3
+"""m by which a beam must go on behind a wall, or past a point, to speak against it."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How well two places must agree to be the same."""
+
+    explained: float
+    """Share of the new points that lie on walls of the old place."""
+    contradicted: float
+    """Share, of those and of the points that the old place saw past, of the latter."""
+    through: float
+    """Share of the new beams that go through walls of the old place, as people and doors make."""
+    cost: float
+    """Robust cost of the match."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +63,24 @@ class ClosureParams:
     """So many points take part in the search."""
     least_score: float = 0.4
     """Mean value of the points from which on a place may be the same."""
-    most_cost: float = 0.4
-    """Robust cost of a match up to which it is."""
-    most_through: float = 0.25
-    """Share of the beams that may go through walls of the old place, as people and doors make."""
+    agreement: Agreement = field(default_factory=lambda: Agreement(0.5, 0.10, 0.35, 0.6))
+    """What must agree where the pose is nearly known already."""
+    far_agreement: Agreement = field(default_factory=lambda: Agreement(0.6, 0.10, 0.25, 0.4))
+    """And where a place half a metre and more from it is believed."""
+    far: float = 0.5
+    """m of doubt from which on this is asked."""
     error: tuple[float, float] = (0.01, 0.004)
     """m and rad: what a closure is never known better than."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An old `place` with the map around it, and `points` (n, 2) of the newest matched there."""
+
+    place: int
+    there: LocalMap
+    points: NDArray[np.float64]
+    match: Match
 
 
 def find_closures(
@@ -115,7 +148,8 @@ def _closure(
     if found is None:
         return None
     match = refine(there.surfels, points, found[0], tracker.match)
-    if match.cost > params.most_cost or _goes_through(graph, match, there, params):
+    asked = params.agreement if sigma < params.far else params.far_agreement
+    if not _is_same(graph, Candidate(place, there, points, match), asked):
         return None
     known = inverted(match.information + np.eye(3))
     covariance = turned_covariance(-float(match.pose[2]), known)
@@ -142,16 +176,43 @@ def _in_sight(points: NDArray[np.float64], params: ClosureParams) -> NDArray[np.
     return np.ascontiguousarray(points[near])
 
 
-def _goes_through(
-    graph: KeyframeGraph, match: Match, there: LocalMap, params: ClosureParams
-) -> bool:
-    """Say whether too many beams of the newest keyframe would go through walls of the place.
+def _is_same(graph: KeyframeGraph, candidate: Candidate, asked: Agreement) -> bool:
+    """Say whether the place looks as the newest keyframes saw it, matched so.
 
-    Whatever else two alike rooms share, nobody sees through the wall between them.
+    Walls where it has walls, nothing where it saw nothing: and whatever else two alike rooms share,
+    nobody sees through the wall between them.
     """
+    match, count = candidate.match, len(candidate.points)
+    moved = se2.transform_points(match.pose, candidate.points)
+    gaps = candidate.there.surfels.distances_at(moved)
+    explained = int((gaps < ON_WALL).sum())
+    past = seen_past(moved, _scans_around(graph, candidate.place), MARGIN)
+    contradicted = int((past & (gaps > MARGIN)).sum())
+    return (
+        match.cost <= asked.cost
+        and explained >= asked.explained * count
+        and contradicted <= asked.contradicted * (explained + contradicted)
+        and _share_through(graph, match, candidate.there) <= asked.through
+    )
+
+
+def _scans_around(graph: KeyframeGraph, place: int) -> list[DrawnScan]:
+    """Return some scans of an old place, from the pose of its keyframe."""
+    numbers = list(graph.keyframes)
+    at = numbers.index(place)
+    some = numbers[max(0, at - 8) : at + 9 : 4]
+    seen_from = graph.poses[place]
+    return [
+        graph.keyframes[number].scans[-1].moved(se2.between(seen_from, graph.poses[number]))
+        for number in some
+    ]
+
+
+def _share_through(graph: KeyframeGraph, match: Match, there: LocalMap) -> float:
+    """Return the share of the newest keyframe's beams that go through walls of the place."""
     through = total = 0
     for scan in graph.keyframes[graph.newest].scans:
         points = se2.transform_points(match.pose, np.vstack([scan.laser, scan.ends[scan.is_hit]]))
-        through += beams_through_walls(points[0], points[1:], there.surfels, 0.3)
+        through += beams_through_walls(points[0], points[1:], there.surfels, MARGIN)
         total += len(points) - 1
-    return through > params.most_through * total
+    return through / max(1, total)

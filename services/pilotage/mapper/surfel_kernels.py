@@ -25,6 +25,15 @@ class SurfelMap(NamedTuple):
     nearest: NDArray[np.int32]
     distance: NDArray[np.float32]
 
+    def distances_at(self, points: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return the distances (n,) from the cells of points (n, 2), infinite beyond reach."""
+        cols, rows = np.floor((points - self.corner) / self.cell).astype(np.int64).T
+        height, width = self.distance.shape
+        inside = (rows >= 0) & (rows < height) & (cols >= 0) & (cols < width)
+        found = np.full(len(points), np.inf, np.float32)
+        found[inside] = self.distance[rows[inside], cols[inside]]
+        return found
+
 
 @kernel
 def thin_points(points: NDArray[np.float64], size: float) -> NDArray[np.float64]:
