@@ -71,9 +71,11 @@ def points_at(
     return np.stack([np.cos(bearings), np.sin(bearings)], axis=1)[seen] * ranges[seen, None]
 
 
-def drawn_at(world: OccupancyMap, pose: ArrayLike, stamp: float = 0.0) -> DrawnScan:
+def drawn_at(
+    world: OccupancyMap, pose: ArrayLike, stamp: float = 0.0, bearings: np.ndarray = BEARINGS
+) -> DrawnScan:
     """The same as a scan to keep."""
-    points = points_at(world, pose)
+    points = points_at(world, pose, None, bearings)
     return DrawnScan(stamp, np.zeros(2), points, np.ones(len(points), bool))
 
 

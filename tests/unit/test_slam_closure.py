@@ -8,7 +8,7 @@ import pytest
 from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.mapper.keyframes import Keyframe, KeyframeGraph
-from pilotage.mapper.loop_closure import ClosureParams, find_closures
+from pilotage.mapper.loop_closure import Agreement, ClosureParams, find_closures
 from pilotage.mapper.pose_edges import Edge
 from pilotage.mapper.pose_graph import GraphParams
 from pilotage.mapper.scan_tracker import TrackerParams
@@ -42,8 +42,33 @@ NEAR_AND_FAR = """
     """
 """A small room, and a long one with the same end."""
 
+ROOM = """
+    ##############
+    #............#
+    #............#
+    #............#
+    #............#
+    #............#
+    #............#
+    #............#
+    ##############
+    """
+ROOM_WITH_BOX = """
+    ##############
+    #............#
+    #....#####...#
+    #....#####...#
+    #....#####...#
+    #....#####...#
+    #....#####...#
+    #............#
+    ##############
+    """
+
 TRACKER = TrackerParams()
+NOTHING = Agreement(explained=0.0, contradicted=1.0, through=1.0, cost=1.0)
 PARAMS = ClosureParams(recent=3, company=2, around=3)
+DEGREES = np.linspace(-np.pi, np.pi, 360, endpoint=False)
 USUAL = np.diag([0.02, 0.02, 0.01]) ** 2
 
 
@@ -56,7 +81,7 @@ def graph_of(
     before = np.zeros(3)
     for k, (pose, place) in enumerate(zip(truth, poses, strict=True)):
         points = thin_points(points_at(world, pose, rng), 0.05)
-        scan = drawn_at(world, pose, float(k))
+        scan = drawn_at(world, pose, float(k), DEGREES)
         relative = place if k == 0 else se2.between(before, place)
         graph.append(Keyframe(float(k), points, (scan,)), relative, USUAL)
         before = place
@@ -108,17 +133,42 @@ def alike() -> KeyframeGraph:
     return graph_of(world, np.vstack([small, long]), np.vstack([small, small[[2, 3, 1, 0]]]))
 
 
+def asking(agreement: Agreement) -> ClosureParams:
+    """Ask for this everywhere, of all places that might be meant."""
+    return replace(PARAMS, least_score=0.2, agreement=agreement, far_agreement=agreement)
+
+
+def test_who_asks_for_nothing_takes_the_one_room_for_the_other() -> None:
+    assert find_closures(alike(), asking(NOTHING), TRACKER) != []
+
+
 def test_nobody_sees_through_the_wall_of_a_room_that_looks_alike() -> None:
-    graph = alike()
-    most = replace(PARAMS, least_score=0.2, most_cost=0.9)
-    assert find_closures(graph, replace(most, most_through=1.0), TRACKER) != []
-    assert find_closures(graph, most, TRACKER) == []
+    assert find_closures(alike(), asking(replace(NOTHING, through=0.25)), TRACKER) == []
 
 
-def test_a_bad_match_is_no_place_known_again() -> None:
-    blind = replace(PARAMS, most_through=1.0)
-    assert find_closures(alike(), replace(blind, least_score=0.2, most_cost=0.05), TRACKER) == []
-    assert find_closures(alike(), replace(blind, least_score=0.99), TRACKER) == []
+@pytest.mark.parametrize(
+    "agreement", [replace(NOTHING, explained=0.95), replace(NOTHING, cost=0.05)]
+)
+def test_a_bad_match_is_no_place_known_again(agreement: Agreement) -> None:
+    assert find_closures(alike(), asking(agreement), TRACKER) == []
+
+
+def test_a_place_that_was_seen_empty_and_has_a_box_now_is_another() -> None:
+    """The same room, but for what stands where beams went through before."""
+    room, with_box = building(ROOM, 4), building(ROOM_WITH_BOX, 4)
+    before = graph_of(room, np.tile([1.0, 2.0, 0.0], (8, 1)))
+    for k in range(4):
+        seen = points_at(with_box, (1.0, 2.0, 0.0))
+        frame = Keyframe(10.0 + k, seen, (drawn_at(with_box, (1.0, 2.0, 0.0)),))
+        before.append(frame, np.zeros(3), USUAL)
+    params = replace(asking(NOTHING), recent=4)
+    strict = replace(asking(replace(NOTHING, contradicted=0.10)), recent=4)
+    assert find_closures(before, params, TRACKER) != []
+    assert find_closures(before, strict, TRACKER) == []
+
+
+def test_a_match_that_scores_badly_is_not_even_looked_at() -> None:
+    assert find_closures(alike(), replace(asking(NOTHING), least_score=0.99), TRACKER) == []
 
 
 def test_who_sees_nothing_near_knows_no_place() -> None:
