@@ -10,9 +10,9 @@ against the truth after rigid alignment (mean and worst, m; and odometry's), err
 
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
-from building_trials import names_of_maps, world_of
 from numpy.typing import NDArray
 
 from pilotage.core import se2
@@ -21,8 +21,10 @@ from pilotage.experiments.clutter import CONDITIONS, altered
 from pilotage.experiments.tracks import Track, drive_through
 from pilotage.mapper.laser_slam import LaserSlam
 
+# tests/ is no package of the installation.
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.building_trials import names_of_maps, world_of
 from slam_metrics import alignment
 
 CASES = "clean", "hard", "extreme"
@@ -74,7 +76,8 @@ def off(poses: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray[np.fl
     """Return the distances (n,) of poses (n, 3) from the truth where both fit best."""
     here, there = poses[:, :2], truth[:, :2]
     laid = se2.transform_points(alignment(here, there), here)
-    return np.linalg.norm(laid - there, axis=1)
+    distances: NDArray[np.float64] = np.linalg.norm(laid - there, axis=1)
+    return distances
 
 
 def step_error(poses: NDArray[np.float64], track: Track) -> float:
