@@ -23,6 +23,9 @@ from pilotage.mapper.methods import MappingSetup, make_method
 
 PICTURE_FILE, REPORT_FILE = "map.png", "report.json"
 
+SEED = 0
+"""Of all dice, so that a log gives the same map again."""
+
 
 @dataclass(frozen=True)
 class MapOptions:
@@ -68,7 +71,7 @@ def _inputs(options: MapOptions) -> tuple[Log, list[Record], MappingMethod]:
         sensor = options.sensor or sensor_of(log)
         if options.beams is not None and sensor != "laser":
             raise ConfigError("--beams thins the laser's scans; the sonar has none to spare")
-        method = make_method(sensor, MappingSetup(options.model))
+        method = make_method(sensor, MappingSetup(options.model, np.random.default_rng(SEED)))
         return log, records_of(log, LogUse(sensor, options.beams)), method
     except ValueError as error:
         raise ConfigError(str(error)) from error

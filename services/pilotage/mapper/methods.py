@@ -1,8 +1,10 @@
 """The ways of mapping by name."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import cast, get_args
+
+import numpy as np
 
 from pilotage.mapper.method import MappingMethod
 from pilotage.mapper.sonar_models import SonarModel
@@ -16,17 +18,19 @@ class MappingSetup:
     """
 
     model: str | None = None
+    rng: np.random.Generator = field(default_factory=np.random.default_rng)
+    """Of the methods that roll dice; handed in, a run can be repeated."""
 
 
 class NoMethodError(ValueError):
     """A method or a model that cannot be had; the text says why and which ones can."""
 
 
-def _laser(_setup: MappingSetup) -> MappingMethod:
+def _laser(setup: MappingSetup) -> MappingMethod:
     # Imported here: each method brings kernels that the other has no use for.
-    from pilotage.mapper.laser_slam import LaserSlam  # noqa: PLC0415 - start-up time
+    from pilotage.mapper.laser_mapping import LaserMapping  # noqa: PLC0415 - start-up time
 
-    return LaserSlam()
+    return LaserMapping(setup.rng)
 
 
 def _sonar(setup: MappingSetup) -> MappingMethod:

@@ -42,6 +42,18 @@ def drift_covariance(increment: NDArray[np.float64], params: DriftParams) -> NDA
     return spread
 
 
+def step_sigmas(increments: NDArray[np.float64], params: DriftParams) -> NDArray[np.float64]:
+    """Return the standard deviations in m and rad (n, 2) of odometry increments (n, 3)."""
+    way = np.hypot(increments[:, 0], increments[:, 1])
+    turn = np.abs(wrap(increments[:, 2]))
+    of_way = params.standing[0] ** 2 + params.way_per_root_metre**2 * way
+    of_turn = params.standing[1] ** 2 + params.turn_per_root_metre**2 * way
+    of_way = of_way + (params.way_share * way) ** 2
+    of_turn = of_turn + (params.turn_share * turn) ** 2
+    sigmas: NDArray[np.float64] = np.sqrt(np.stack([of_way, of_turn], axis=1))
+    return sigmas
+
+
 def moved_covariance(
     pose: NDArray[np.float64],
     covariance: NDArray[np.float64],
