@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from naive.scan_matching import shortest_ways
 from pilotage.core import se2
-from pilotage.mapper.keyframes import CLOSURE_LENGTH, TURN_LENGTH, Keyframe, KeyframeGraph
+from pilotage.mapper.keyframes import Keyframe, KeyframeGraph
 from pilotage.mapper.laser_grid_scans import DrawnScan
-from pilotage.mapper.pose_edges import Edge, mismatch
+from pilotage.mapper.pose_edges import CLOSURE_LENGTH, TURN_LENGTH, Edge, mismatch
 from pilotage.mapper.pose_graph import GraphParams, Poses, optimise
 from pilotage.mapper.slam_memory import packed_graph, unpack_graph
 from slam_world import apart
@@ -296,3 +296,19 @@ def test_an_empty_graph_comes_back_empty() -> None:
     assert not again.keyframes
     assert not again.edges
     assert again.listed().poses.shape == (0, 3)
+
+
+def test_a_graph_driven_over_again_and_again_keeps_few_closures() -> None:
+    graph = KeyframeGraph(GraphParams())
+    seen = Keyframe(0.0, np.zeros((1, 2)), ())
+    graph.append(seen, np.zeros(3), USUAL)
+    for _ in range(4):
+        graph.append(seen, FORWARD, USUAL)
+    for _ in range(60):
+        graph.append(seen, np.array([0.01, 0.0, 0.0]), USUAL)
+        here = graph.newest
+        at = se2.between(graph.poses[0], graph.poses[here])
+        graph.close([Edge(0, here, at, USUAL, is_closure=True)])
+        if here > 6:
+            graph.leave_out(list(graph.keyframes)[-2])
+    assert sum(edge.is_closure for edge in graph.edges) <= 2 * len(graph.keyframes)

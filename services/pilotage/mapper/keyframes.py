@@ -13,10 +13,8 @@ from pilotage.mapper.method import PoseGraph
 from pilotage.mapper.pose_edges import Edge, inverted, joined, reversed_edge
 from pilotage.mapper.pose_graph import GraphParams, optimise
 
-CLOSURE_LENGTH = 0.3
-"""m that a closure counts on the way between two keyframes."""
-TURN_LENGTH = 0.3
-"""m of way that a turn by one rad is worth: it costs as much certainty."""
+MOST_CLOSURES = 2
+"""A keyframe takes closures over from one that is left out, until it has so many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +111,7 @@ class KeyframeGraph:
             length, here = heapq.heappop(queue)
             if length > reached[here]:
                 continue
-            for there, step in ways.get(here, ()):
+            for there, step in ways[here]:
                 if length + step < reached.get(there, np.inf):
                     reached[there] = length + step
                     heapq.heappush(queue, (length + step, there))
@@ -136,22 +134,30 @@ class KeyframeGraph:
         )
 
     def leave_out(self, number: int) -> None:
-        """Drop a keyframe that is not an end; its neighbours keep what it said of them."""
+        """Drop a keyframe that is not an end; its neighbours keep what it said of them.
+
+        Its closures go to the one before, or else to the one after, unless these have enough of
+        their own: however often a place is driven over, the graph does not grow.
+        """
         into = next(e for e in self.edges if e.second == number and not e.is_closure)
         out = next(e for e in self.edges if e.first == number and not e.is_closure)
-        kept = [edge for edge in self.edges if number not in edge.ends]
-        kept.append(joined(into, out))
-        pairs = {frozenset(edge.ends) for edge in kept}
-        for edge in self.edges:
-            if edge.is_closure and number in edge.ends:
-                moved = joined(into, edge if edge.first == number else reversed_edge(edge))
-                if moved.first != moved.second and frozenset(moved.ends) not in pairs:
-                    pairs.add(frozenset(moved.ends))
-                    kept.append(moved)
-        self.edges = kept
-        other = into.first
-        self.replaced[number] = other, se2.between(self.poses[other], self.poses[number])
+        closures = [edge for edge in self.edges if edge.is_closure and number in edge.ends]
+        self.edges = [edge for edge in self.edges if number not in edge.ends]
+        self.edges.append(joined(into, out))
+        for edge in closures:
+            told = edge if edge.first == number else reversed_edge(edge)
+            if not self._pass_on(joined(into, told)):
+                self._pass_on(joined(reversed_edge(out), told))
+        self.replaced[number] = _seen_from_others(number, [into, *closures])
         del self.keyframes[number], self.poses[number]
+
+    def _pass_on(self, closure: Edge) -> bool:
+        """Take a closure over from a neighbour unless there are enough; say whether it was."""
+        its_own = [e for e in self.edges if e.is_closure and max(e.ends) == closure.first]
+        if closure.second >= closure.first or len(its_own) >= MOST_CLOSURES:
+            return False
+        self.edges.append(closure)
+        return True
 
     def anchored(self, number: int) -> tuple[int, NDArray[np.float64]]:
         """Return a keyframe still here and the pose (3,) of keyframe `number` seen from it."""
@@ -162,11 +168,15 @@ class KeyframeGraph:
         return number, pose
 
     def _ways(self) -> dict[int, list[tuple[int, float]]]:
-        ways: dict[int, list[tuple[int, float]]] = {}
+        ways: dict[int, list[tuple[int, float]]] = {number: [] for number in self.keyframes}
         for edge in self.edges:
-            turn = TURN_LENGTH * abs(float(edge.relative[2]))
-            length = float(np.hypot(edge.relative[0], edge.relative[1])) + turn
-            length = CLOSURE_LENGTH if edge.is_closure else length
-            ways.setdefault(edge.first, []).append((edge.second, length))
-            ways.setdefault(edge.second, []).append((edge.first, length))
+            ways[edge.first].append((edge.second, edge.length))
+            ways[edge.second].append((edge.first, edge.length))
         return ways
+
+
+def _seen_from_others(number: int, edges: list[Edge]) -> tuple[int, NDArray[np.float64]]:
+    """Return another keyframe and the pose (3,) of one seen from there, by the surest edge."""
+    told = [edge if edge.second == number else reversed_edge(edge) for edge in edges]
+    surest = min(told, key=lambda edge: float(np.trace(edge.covariance[:2, :2])))
+    return surest.first, surest.relative

@@ -15,6 +15,7 @@ from pilotage.mapper.laser_grid_scans import DrawnScan, draw, drawn_scan
 from pilotage.mapper.loop_closure import ClosureParams, find_closures
 from pilotage.mapper.method import MappingStep, PoseGraph
 from pilotage.mapper.odometry_drift import turned_covariance
+from pilotage.mapper.pose_edges import Edge
 from pilotage.mapper.pose_graph import GraphParams
 from pilotage.mapper.scan_tracker import LocalMap, Tracked, local_map
 from pilotage.mapper.slam_memory import Arrays, packed_graph, unpack_graph
@@ -32,8 +33,8 @@ class SlamParams:
     """So many newest keyframes are the local map."""
     relax_after: tuple[int, float] = (10, 0.05)
     """With new closures the graph is relaxed after so many keyframes, or this share of all."""
-    urgent: float = 0.2
-    """m; a closure that moves a keyframe so far does not wait."""
+    urgent: tuple[float, int] = (0.2, 3)
+    """m; a closure that moves a keyframe so far waits for so many keyframes only."""
     crowd: tuple[float, float, int] = (0.5, 0.35, 3)
     """A place is known well enough with so many older keyframes within m and rad of it: what is
     driven over again and again costs no more memory."""
@@ -84,7 +85,7 @@ class LaserSlam:
         closures = find_closures(graph, params.closures, params.front_end.tracker)
         graph.close(closures)
         self._waiting += len(closures)
-        is_due = self._is_due() or any(graph.moves(edge) > params.urgent for edge in closures)
+        is_due = self._is_due(closures)
         if is_due:
             self.settle()
         self._front.begin_on(self._local_map())
@@ -162,10 +163,13 @@ class LaserSlam:
         heading = float(self._graph.poses[self._graph.newest][2])
         return turned_covariance(heading, self._front.tracked.covariance)
 
-    def _is_due(self) -> bool:
+    def _is_due(self, closures: list[Edge]) -> bool:
         least, share = self._params.relax_after
+        way, soon = self._params.urgent
         since = self._graph.newest - self._relaxed_at
-        return self._waiting > 0 and since >= max(least, share * len(self._graph.keyframes))
+        is_urgent = any(self._graph.moves(edge) > way for edge in closures)
+        wait = soon if is_urgent else max(least, share * len(self._graph.keyframes))
+        return self._waiting > 0 and since >= wait
 
     def _leave_out_crowded(self) -> None:
         """Leave out the keyframe that stops being recent if older ones know its place."""

@@ -104,7 +104,8 @@ def _places(
     here = graph.poses[graph.newest]
     poses = np.array([graph.poses[number] for number in old])
     apart = np.hypot(poses[:, 0] - here[0], poses[:, 1] - here[1])
-    doubts = np.array([_doubt(lengths[number], params)[0] for number in old])
+    ways = np.array([lengths[number] for number in old])
+    doubts = params.least_doubt[0] + params.doubt[0] * ways
     near = np.nonzero(apart < params.near + 2.0 * doubts)[0]
     if not len(near):
         return []

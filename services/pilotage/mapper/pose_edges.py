@@ -4,12 +4,19 @@ Errors are small motions of the second pose in its own frame (x, y, theta), as G
 the true second pose is `first . relative . error`.
 """
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core import se2
+
+CLOSURE_LENGTH = 0.3
+"""m that a closure counts on the way between two keyframes."""
+TURN_LENGTH = 0.3
+"""m of way that a turn by one rad is worth: it costs as much certainty."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +31,14 @@ class Edge:
     relative: NDArray[np.float64]
     covariance: NDArray[np.float64]
     is_closure: bool = False
+
+    @cached_property
+    def length(self) -> float:
+        """The way in m along it, as far as doubt grows with the way."""
+        if self.is_closure:
+            return CLOSURE_LENGTH
+        x, y, theta = (float(value) for value in self.relative)
+        return math.hypot(x, y) + TURN_LENGTH * abs(theta)
 
     @property
     def ends(self) -> tuple[int, int]:

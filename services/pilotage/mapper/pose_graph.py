@@ -45,8 +45,9 @@ def optimise(poses: Poses, edges: list[Edge], params: GraphParams) -> tuple[Pose
 
 
 def _is_wrong(edge: Edge, poses: Poses, params: GraphParams) -> bool:
-    off = mismatch(edge, poses[edge.first], poses[edge.second])
-    return edge.is_closure and off > params.wrong
+    if not edge.is_closure:
+        return False
+    return mismatch(edge, poses[edge.first], poses[edge.second]) > params.wrong
 
 
 def _graph(edges: list[Edge], doubt: float) -> gtsam.NonlinearFactorGraph:
