@@ -33,6 +33,9 @@ class SmootherParams:
     """m; residuals beyond this count less and less, tighter from stage to stage."""
     iterations: int = 5
     """Steps a stage."""
+    share: float = 1.0
+    """Of a step so much is taken; half of it where two passes are drawn to each other, lest they
+    change places."""
     nearest: int = 1
     """Points of poses nearer than so many numbers are not compared."""
     farthest: int = 1 << 40
@@ -86,7 +89,7 @@ def smoothed(chain: Chain, views: Views, params: SmootherParams) -> tuple[Array,
             known, g = pull_to_walls(
                 poses, points, views.owners, binned(points, params.reach), pull
             )
-            step = _step(poses, chain, (known, g), params)
+            step = params.share * _step(poses, chain, (known, g), params)
             poses += step
             poses[:, 2] = wrap(poses[:, 2])
             if np.abs(step).max() < 1e-4:

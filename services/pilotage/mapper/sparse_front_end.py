@@ -31,14 +31,14 @@ class SparseFrontEndParams:
     sense: SenseParams = field(default_factory=SenseParams)
     particles: ParticleParams = field(default_factory=ParticleParams)
     smoother: SmootherParams = field(default_factory=SmootherParams)
-    way: float = 0.5
-    """m that the scans of a keyframe span."""
+    way: tuple[float, float] = (0.5, 2.0)
+    """m that the scans of a keyframe span, and that they span at most even if they are few."""
     turn: float = 1.0
     """rad that they span at most."""
     scans: tuple[int, int] = (4, 30)
     """So many at least and at most."""
-    lag: int = 40
-    """So many scans later a keyframe is told."""
+    lag: tuple[int, float] = (40, 8.0)
+    """So many scans, or m, later a keyframe is told."""
     sight: float = 30.0
     """m; farther points are not matched."""
     worth: float = 4.0
@@ -120,10 +120,10 @@ class SparseFrontEnd:
         self.tracked = self._where()
         return True
 
-    def told(self, lag: int) -> SparseKeyframe | None:
-        """Return the next keyframe if `lag` scans at least came after it."""
+    def told(self, *, is_end: bool = False) -> SparseKeyframe | None:
+        """Return the next keyframe if enough came after it, or if there will be no more scans."""
         last = self._group_end()
-        if self._told == len(self._window) or len(self._window) - last < lag:
+        if self._told == len(self._window) or not (is_end or self._is_late(last)):
             return None
         poses, known = self._smoothed()
         mine = range(self._told, last)
@@ -177,6 +177,13 @@ class SparseFrontEnd:
             del self._window[:over]
             self._told, self._base = self._told - over, self._base - over
 
+    def _is_late(self, last: int) -> bool:
+        """Say whether enough scans follow from scan number `last` on."""
+        scans, way = self._params.lag
+        after = self._window[last:]
+        steps = np.array([one.step for one in after]).reshape(-1, 3)
+        return len(after) >= scans or float(np.hypot(steps[:, 0], steps[:, 1]).sum()) >= way
+
     def _group_end(self) -> int:
         """Return the number of the scan after those that make the next keyframe."""
         params, way, turn = self._params, 0.0, 0.0
@@ -186,7 +193,8 @@ class SparseFrontEnd:
             way += float(np.hypot(step[0], step[1]))
             turn += abs(float(step[2]))
             count = number - self._told
-            if count >= most or (count >= least and (way > params.way or turn > params.turn)):
+            is_wide = way > params.way[0] or turn > params.turn
+            if count >= most or way > params.way[1] or (count >= least and is_wide):
                 return number
         return len(self._window)
 

@@ -34,7 +34,7 @@ CLOSURES = ClosureParams(
 """A keyframe holds few points, but spans half a metre; drift is larger, and walls are thicker."""
 TRACKER = TrackerParams(match=MatchParams(scales=(0.2, 0.1, 0.08)))
 UPKEEP = UpkeepParams(closures=CLOSURES, tracker=TRACKER, crowd=(0.5, 0.35, 6))
-REFINEMENT = SmootherParams(scales=(0.2, 0.1))
+REFINEMENT = SmootherParams(scales=(0.2, 0.1), iterations=8, share=0.5)
 """Closures have laid the passes over one another already."""
 
 
@@ -76,7 +76,7 @@ class SparseSlam:
         if not self._front.take(odom, drawn_scan(record)):
             return None
         self._odom = odom
-        told = self._front.told(self._params.front_end.lag)
+        told = self._front.told()
         relaxed = told is not None and self._add(told)
         return MappingStep(record.stamp, self._pose(), self._covariance(), relaxed)
 
@@ -100,7 +100,7 @@ class SparseSlam:
 
     def settle(self) -> None:
         """Make keyframes of all scans, and relax the graph if closures wait for it."""
-        while told := self._front.told(0):
+        while told := self._front.told(is_end=True):
             self._add(told)
         if self._upkeep.waiting:
             self._relax()
