@@ -7,6 +7,7 @@ import numpy as np
 from pilotage.mapper.front_end import NewKeyframe
 from pilotage.mapper.keyframes import KeyframeGraph
 from pilotage.mapper.loop_closure import ClosureParams, find_closures
+from pilotage.mapper.pose_edges import Edge
 from pilotage.mapper.scan_tracker import TrackerParams
 from pilotage.mapper.slam_memory import Arrays
 
@@ -16,11 +17,10 @@ class UpkeepParams:
     """When what is done."""
 
     closures: ClosureParams = field(default_factory=ClosureParams)
-    tracker: TrackerParams = field(default_factory=TrackerParams)
     relax_after: tuple[int, float] = (10, 0.05)
     """With new closures the graph is relaxed after so many keyframes, or this share of all."""
-    urgent: float = 0.2
-    """m; a closure that moves a keyframe so far does not wait."""
+    urgent: tuple[float, int] = (0.2, 3)
+    """m; a closure that moves a keyframe so far waits for so many keyframes only."""
     crowd: tuple[float, float, int] = (0.5, 0.35, 3)
     """A place is known well enough with so many older keyframes within m and rad of it: what is
     driven over again and again costs no more memory."""
@@ -29,8 +29,8 @@ class UpkeepParams:
 class GraphUpkeep:
     """Keeps a graph of keyframes closed and small."""
 
-    def __init__(self, graph: KeyframeGraph, params: UpkeepParams) -> None:
-        self._graph, self._params = graph, params
+    def __init__(self, graph: KeyframeGraph, params: UpkeepParams, tracker: TrackerParams) -> None:
+        self._graph, self._params, self._tracker = graph, params, tracker
         self.waiting = 0
         """So many closures came since the graph was relaxed."""
         self._relaxed_at = 0
@@ -40,10 +40,10 @@ class GraphUpkeep:
         graph, params = self._graph, self._params
         graph.append(new.keyframe, new.relative, new.covariance)
         self._leave_out_crowded()
-        closures = find_closures(graph, params.closures, params.tracker)
+        closures = find_closures(graph, params.closures, self._tracker)
         graph.close(closures)
         self.waiting += len(closures)
-        return self._is_due() or any(graph.moves(edge) > params.urgent for edge in closures)
+        return self._is_due(closures)
 
     def relax(self) -> None:
         """Relax the graph."""
@@ -58,10 +58,13 @@ class GraphUpkeep:
         """Go on from a state."""
         self.waiting, self._relaxed_at = memory["counts"].astype(int).tolist()
 
-    def _is_due(self) -> bool:
+    def _is_due(self, closures: list[Edge]) -> bool:
         least, share = self._params.relax_after
+        way, soon = self._params.urgent
         since = self._graph.newest - self._relaxed_at
-        return self.waiting > 0 and since >= max(least, share * len(self._graph.keyframes))
+        is_urgent = any(self._graph.moves(edge) > way for edge in closures)
+        wait = soon if is_urgent else max(least, share * len(self._graph.keyframes))
+        return self.waiting > 0 and since >= wait
 
     def _leave_out_crowded(self) -> None:
         """Leave out the keyframe that stops being recent if older ones know its place."""

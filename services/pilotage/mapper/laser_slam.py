@@ -9,13 +9,12 @@ from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.logs import OdometryRecord, Record, ScanRecord
 from pilotage.mapper.front_end import FrontEnd, FrontEndParams, NewKeyframe
+from pilotage.mapper.graph_upkeep import GraphUpkeep, UpkeepParams
 from pilotage.mapper.keyframes import KeyframeGraph
 from pilotage.mapper.laser_grid import LaserGrid
 from pilotage.mapper.laser_grid_scans import DrawnScan, draw, drawn_scan
-from pilotage.mapper.loop_closure import ClosureParams, find_closures
 from pilotage.mapper.method import MappingStep, PoseGraph
 from pilotage.mapper.odometry_drift import turned_covariance
-from pilotage.mapper.pose_edges import Edge
 from pilotage.mapper.pose_graph import GraphParams
 from pilotage.mapper.scan_tracker import LocalMap, Tracked, local_map
 from pilotage.mapper.slam_memory import Arrays, packed_graph, unpack_graph
@@ -27,17 +26,10 @@ class SlamParams:
     """How a laser's scans become a map."""
 
     front_end: FrontEndParams = field(default_factory=FrontEndParams)
-    closures: ClosureParams = field(default_factory=ClosureParams)
+    upkeep: UpkeepParams = field(default_factory=UpkeepParams)
     graph: GraphParams = field(default_factory=GraphParams)
     local: int = 20
     """So many newest keyframes are the local map."""
-    relax_after: tuple[int, float] = (10, 0.05)
-    """With new closures the graph is relaxed after so many keyframes, or this share of all."""
-    urgent: tuple[float, int] = (0.2, 3)
-    """m; a closure that moves a keyframe so far waits for so many keyframes only."""
-    crowd: tuple[float, float, int] = (0.5, 0.35, 3)
-    """A place is known well enough with so many older keyframes within m and rad of it: what is
-    driven over again and again costs no more memory."""
 
 
 class LaserSlam:
@@ -49,11 +41,11 @@ class LaserSlam:
         self._params = params or SlamParams()
         self._front = FrontEnd(self._params.front_end)
         self._graph = KeyframeGraph(self._params.graph)
+        tracker = self._params.front_end.tracker
+        self._upkeep = GraphUpkeep(self._graph, self._params.upkeep, tracker)
         self._grid: LaserGrid | None = LaserGrid()
         self._track = Track()
         self._odom: NDArray[np.float64] | None = None
-        self._waiting = 0
-        self._relaxed_at = 0
 
     def process(self, record: Record) -> MappingStep | None:
         """Take in odometry or a scan that says where odometry was; other records are of no use."""
@@ -79,13 +71,7 @@ class LaserSlam:
 
     def _add(self, new: NewKeyframe) -> bool:
         """Take a keyframe into the graph; say whether the graph was relaxed."""
-        graph, params = self._graph, self._params
-        graph.append(new.keyframe, new.relative, new.covariance)
-        self._leave_out_crowded()
-        closures = find_closures(graph, params.closures, params.front_end.tracker)
-        graph.close(closures)
-        self._waiting += len(closures)
-        is_due = self._is_due(closures)
+        is_due = self._upkeep.append(new)
         if is_due:
             self.settle()
         self._front.begin_on(self._local_map())
@@ -93,9 +79,8 @@ class LaserSlam:
 
     def settle(self) -> None:
         """Relax the graph if closures wait for it."""
-        if self._waiting:
-            self._graph.relax()
-            self._waiting, self._relaxed_at = 0, self._graph.newest
+        if self._upkeep.waiting:
+            self._upkeep.relax()
             self._grid = None
 
     def pose_at(self, odom_from_base: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -125,10 +110,9 @@ class LaserSlam:
             "odom": odom,
             "pose": self._front.tracked.pose,
             "covariance": self._front.tracked.covariance,
-            "counts": np.array([self._waiting, self._relaxed_at]),
         }
         track = {f"track.{name}": array for name, array in self._track.state().items()}
-        return own | track | packed_graph(self._graph)
+        return own | track | packed_graph(self._graph) | self._upkeep.state()
 
     def resume(self, memory: Arrays) -> None:
         """Go on from what an earlier run remembered; ValueError if it does not fit."""
@@ -141,7 +125,7 @@ class LaserSlam:
         unpack_graph(memory, self._graph)
         track = {name: memory[f"track.{name}"].astype(float) for name in ("scans", "odometry")}
         self._track.resume(track)
-        self._waiting, self._relaxed_at = memory["counts"].astype(int).tolist()
+        self._upkeep.resume(memory)
         if not self._graph.keyframes:
             return
         self._odom = memory["odom"].astype(float)
@@ -162,20 +146,3 @@ class LaserSlam:
         """How well the pose is known on the map around, along the map's axes."""
         heading = float(self._graph.poses[self._graph.newest][2])
         return turned_covariance(heading, self._front.tracked.covariance)
-
-    def _is_due(self, closures: list[Edge]) -> bool:
-        least, share = self._params.relax_after
-        way, soon = self._params.urgent
-        since = self._graph.newest - self._relaxed_at
-        is_urgent = any(self._graph.moves(edge) > way for edge in closures)
-        wait = soon if is_urgent else max(least, share * len(self._graph.keyframes))
-        return self._waiting > 0 and since >= wait
-
-    def _leave_out_crowded(self) -> None:
-        """Leave out the keyframe that stops being recent if older ones know its place."""
-        numbers = list(self._graph.keyframes)
-        recent = self._params.closures.recent
-        if len(numbers) > recent + 1:
-            leaving = numbers[-recent - 1]
-            if leaving != numbers[0] and self._graph.is_crowded(leaving, *self._params.crowd):
-                self._graph.leave_out(leaving)

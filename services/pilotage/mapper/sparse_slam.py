@@ -33,7 +33,7 @@ CLOSURES = ClosureParams(
 )
 """A keyframe holds few points, but spans half a metre; drift is larger, and walls are thicker."""
 TRACKER = TrackerParams(match=MatchParams(scales=(0.2, 0.1, 0.08)))
-UPKEEP = UpkeepParams(closures=CLOSURES, tracker=TRACKER, crowd=(0.5, 0.35, 6))
+UPKEEP = UpkeepParams(closures=CLOSURES, crowd=(0.5, 0.35, 6))
 REFINEMENT = SmootherParams(scales=(0.2, 0.1), iterations=8, share=0.5)
 """Closures have laid the passes over one another already."""
 
@@ -44,6 +44,8 @@ class SparseSlamParams:
 
     front_end: SparseFrontEndParams = field(default_factory=SparseFrontEndParams)
     graph: GraphParams = field(default_factory=GraphParams)
+    tracker: TrackerParams = TRACKER
+    """Of the matches that close loops."""
     upkeep: UpkeepParams = UPKEEP
     refinement: SmootherParams = REFINEMENT
 
@@ -57,7 +59,7 @@ class SparseSlam:
         self._params = params or SparseSlamParams()
         self._front = SparseFrontEnd(self._params.front_end, rng)
         self._graph = KeyframeGraph(self._params.graph)
-        self._upkeep = GraphUpkeep(self._graph, self._params.upkeep)
+        self._upkeep = GraphUpkeep(self._graph, self._params.upkeep, self._params.tracker)
         self._grid: LaserGrid | None = LaserGrid()
         self._track = Track()
         self._odom: NDArray[np.float64] | None = None
