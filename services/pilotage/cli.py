@@ -218,6 +218,8 @@ def run(arguments: list[str]) -> int:
         return _complain(str(error), BAD_INPUT)
     except OSError as error:
         return _complain(_in_words(error), BAD_INPUT)
+    except MemoryError as error:
+        return _complain(f"this needs more memory than there is: {error}", BAD_INPUT)
     except typer.Abort:
         return _complain("interrupted", FORCED)
     return code if isinstance(code, int) else 0

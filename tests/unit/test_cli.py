@@ -165,3 +165,14 @@ def test_what_the_machine_refuses_is_told_in_words(
     monkeypatch.setattr(launcher_run, "launch", full)
     said = complaint(capsys, "up", "a.yaml")
     assert said == "pilotage: out/estimates.csv: No space left on device"
+
+
+def test_what_needs_too_much_memory_is_told_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def greedy(*_: object, **__: object) -> None:
+        raise MemoryError("668 TiB")
+
+    monkeypatch.setattr(cli, "app", greedy)
+    assert cli.run(["map"]) == 2
+    assert capsys.readouterr().err == "pilotage: this needs more memory than there is: 668 TiB\n"

@@ -166,3 +166,14 @@ def test_a_stamp_comes_out_for_each_scan_that_went_in() -> None:
     records = records_of(log_of(odometry(1.0, 0.0), scan(1.5), odometry(2.0, 1.0)), LASER)
     assert list(map_records(records, method)) == [1.5]
     assert method.records == records
+
+
+def test_log_of_only_odometry_lacks_both_sensors() -> None:
+    with pytest.raises(UnusableLogError, match="neither laser scans nor sonar rounds"):
+        sensor_of(log_of(odometry(1.0, 0.0)))
+
+
+def test_jump_of_odometry_is_not_driven() -> None:
+    log = log_of(odometry(1.0, 0.0), scan(1.1, (0.1, 0.0, 0.0)), odometry(1.2, 1e6))
+    xs = [r.pose[0] for r in records_of(log, LASER) if isinstance(r, OdometryRecord)]
+    np.testing.assert_allclose(xs, [0.0, 0.1])

@@ -13,6 +13,7 @@ from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.core.logs import Log, OdometryRecord, Pose, Record, ScanRecord, SonarRecord
 from pilotage.mapper.method import MappingMethod
+from pilotage.mapper.odometry_joins import without_jumps
 
 Stamped = TypeVar("Stamped", OdometryRecord, ScanRecord)
 
@@ -36,15 +37,20 @@ class LogUse:
 
 
 def sensor_of(log: Log) -> str:
-    """Return the sensor that a log is best mapped with."""
-    return "laser" if log.scans else "sonar"
+    """Return the sensor that a log is best mapped with; UnusableLogError if it has none."""
+    if log.scans:
+        return "laser"
+    if any(isinstance(record, SonarRecord) for record in log.records):
+        return "sonar"
+    raise UnusableLogError("the log has neither laser scans nor sonar rounds")
 
 
 def records_of(log: Log, use: LogUse) -> list[Record]:
     """Return what a method is fed with, in order of time, each scan with its odometry.
 
     Sonar rounds are left out for the laser and scans for the sonar, and what comes twice. Scans
-    that say their odometry where the log has no line for it give the method one. Narrow rangers
+    that say their odometry where the log has no line for it give the method one. Odometry that
+    jumped goes on as if it had not. Narrow rangers
     count as a laser of few beams where there is no laser.
 
     Raises:
@@ -64,7 +70,8 @@ def records_of(log: Log, use: LogUse) -> list[Record]:
         raise UnusableLogError(f"no {use.sensor} measurement lies within the time of the odometry")
     # At the same time odometry comes before what needs it.
     order: list[Record] = [*odometry, *others, *placed]
-    return sorted(order, key=lambda r: (r.stamp, not isinstance(r, OdometryRecord)))
+    order.sort(key=lambda r: (r.stamp, not isinstance(r, OdometryRecord)))
+    return without_jumps(order)
 
 
 def map_records(records: list[Record], method: MappingMethod) -> Iterator[float]:

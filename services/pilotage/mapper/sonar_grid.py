@@ -97,7 +97,7 @@ class SonarGrid:
             return nothing_known(self.params.resolution)
         said = layers.log_odds + layers.recent
         self._add_to(said, waiting)
-        cells = np.round(100.0 / (1.0 + np.exp(-said))).astype(np.int8)
+        cells = np.round(50.0 + 50.0 * np.tanh(said / 2.0)).astype(np.int8)
         cells[np.abs(said) < self.params.least_said] = UNKNOWN
         if self.params.temporal_filter:
             cells = filtered(cells, VERDICTS[layers.counts, layers.votes])
