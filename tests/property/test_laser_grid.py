@@ -1,5 +1,8 @@
 import math
+from collections.abc import Callable
 from itertools import pairwise
+from random import Random
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,22 +22,25 @@ PARAMS = LaserGridParams(resolution=SIZE)
 RASTER = st.integers(-40_000, 40_000).map(lambda k: (2 * k + 1) * SIZE / kernels.PARTS)
 """Coordinates [m] on the raster, +-5 m, so that mirrored points are on it too."""
 
+Scan = tuple[Any, ...]
+"""Arguments of `insert`: origin, ends, is_hit, and perhaps a stamp."""
+
 ANY = st.floats(-4.0, 4.0)
 POINTS = st.tuples(ANY, ANY)
 
 
-def scans(coordinate: st.SearchStrategy[float]) -> st.SearchStrategy:
+def scans(coordinate: st.SearchStrategy[float]) -> st.SearchStrategy[Scan]:
     beam = st.tuples(coordinate, coordinate, st.booleans())
     return st.tuples(coordinate, coordinate, st.lists(beam, max_size=8)).map(as_scan)
 
 
-def as_scan(drawn: tuple) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def as_scan(drawn: tuple[Any, ...]) -> Scan:
     x, y, beams = drawn
     ends = np.array([beam[:2] for beam in beams], float).reshape(-1, 2)
     return np.array([x, y]), ends, np.array([beam[2] for beam in beams], bool)
 
 
-def rooms(rng: np.random.Generator, count: int) -> list[tuple]:
+def rooms(rng: np.random.Generator, count: int) -> list[Scan]:
     """Scans by a robot that wanders in a room with a pillar, stamps now dense and now far apart."""
     origin, stamp, seen = np.array([0.3, -0.2]), 0.0, []
     for _ in range(count):
@@ -51,7 +57,7 @@ def rooms(rng: np.random.Generator, count: int) -> list[tuple]:
     return seen
 
 
-def drawn(all_scans: list, params: LaserGridParams = PARAMS) -> LaserGrid:
+def drawn(all_scans: list[Scan], params: LaserGridParams = PARAMS) -> LaserGrid:
     grid = LaserGrid(params)
     for scan in all_scans:
         grid.insert(*scan)
@@ -117,7 +123,7 @@ def test_the_grid_is_what_plain_python_draws(seed: int, count: int) -> None:
 
 
 @given(scans(ANY))
-def test_only_what_beams_cross_is_free(scan: tuple) -> None:
+def test_only_what_beams_cross_is_free(scan: Scan) -> None:
     origin, ends, _ = scan
     grid = drawn([scan])
     world = grid.map()
@@ -134,7 +140,7 @@ def distance_to_segment(point: np.ndarray, start: np.ndarray, end: np.ndarray) -
 
 
 @given(scans(ANY))
-def test_where_a_beam_hits_something_is_and_nothing_where_none_does(scan: tuple) -> None:
+def test_where_a_beam_hits_something_is_and_nothing_where_none_does(scan: Scan) -> None:
     origin, ends, is_hit = scan
     assume((np.hypot(*(ends - origin).T) > 1e-9).all())
     grid = drawn([scan])
@@ -143,14 +149,14 @@ def test_where_a_beam_hits_something_is_and_nothing_where_none_does(scan: tuple)
 
 
 @given(st.lists(scans(ANY), max_size=4))
-def test_beams_without_a_return_never_make_walls(some: list) -> None:
+def test_beams_without_a_return_never_make_walls(some: list[Scan]) -> None:
     grid = drawn([(origin, ends, np.zeros(len(ends), bool)) for origin, ends, _ in some])
     assert not grid.map().is_wall.any()
     assert all(value < 0.0 for value in evidence(grid).values())
 
 
 @given(st.lists(scans(ANY), max_size=3), st.randoms(use_true_random=False))
-def test_a_few_scans_say_the_same_in_any_order(some: list, random: object) -> None:
+def test_a_few_scans_say_the_same_in_any_order(some: list[Scan], random: Random) -> None:
     """Three scans cannot reach the limits of evidence."""
     mixed = some.copy()
     random.shuffle(mixed)
@@ -159,7 +165,8 @@ def test_a_few_scans_say_the_same_in_any_order(some: list, random: object) -> No
     assert there.map().geometry == back.map().geometry
 
 
-MOTIONS = {
+Motion = tuple[np.ndarray, Callable[[int, int], tuple[int, int]]]
+MOTIONS: dict[str, Motion] = {
     "mirrored left and right": (np.array([[-1.0, 0.0], [0.0, 1.0]]), lambda r, c: (r, -1 - c)),
     "mirrored up and down": (np.array([[1.0, 0.0], [0.0, -1.0]]), lambda r, c: (-1 - r, c)),
     "turned by 90 degrees": (np.array([[0.0, -1.0], [1.0, 0.0]]), lambda r, c: (c, -1 - r)),
@@ -169,7 +176,7 @@ MOTIONS = {
 
 @pytest.mark.parametrize("motion", MOTIONS)
 @given(some=st.lists(scans(RASTER), min_size=1, max_size=3))
-def test_a_mirrored_or_turned_world_has_a_mirrored_or_turned_map(motion: str, some: list) -> None:
+def test_a_mirrored_or_turned_world_has_a_map_so(motion: str, some: list[Scan]) -> None:
     matrix, moved_cell = MOTIONS[motion]
     moved = [(origin @ matrix.T, ends @ matrix.T, is_hit) for origin, ends, is_hit in some]
     here, there = drawn(some), drawn(moved)
@@ -180,7 +187,7 @@ def test_a_mirrored_or_turned_world_has_a_mirrored_or_turned_map(motion: str, so
 
 @given(st.lists(scans(ANY), min_size=1, max_size=4), POINTS, st.integers(1, 30))
 def test_a_map_that_grew_is_one_that_was_large_from_the_start(
-    some: list, corner: tuple[float, float], size: int
+    some: list[Scan], corner: tuple[float, float], size: int
 ) -> None:
     apart = [
         (origin + 8.0 * k, ends + 8.0 * k, is_hit) for k, (origin, ends, is_hit) in enumerate(some)
@@ -195,7 +202,7 @@ def test_a_map_that_grew_is_one_that_was_large_from_the_start(
 
 
 @given(st.lists(scans(ANY), min_size=1, max_size=5), st.integers(0, 5))
-def test_what_was_remembered_goes_on_as_if_nothing_had_been(some: list, pause: int) -> None:
+def test_what_was_remembered_goes_on_as_if_nothing_had_been(some: list[Scan], pause: int) -> None:
     stamped = [(*scan, 0.2 * k) for k, scan in enumerate(some)]
     whole = drawn(stamped)
     resumed = LaserGrid.from_state(drawn(stamped[:pause]).state(), PARAMS)
@@ -206,7 +213,7 @@ def test_what_was_remembered_goes_on_as_if_nothing_had_been(some: list, pause: i
 
 
 @given(st.lists(scans(ANY), min_size=2, max_size=5))
-def test_cells_change_only_in_the_window_that_is_told(some: list) -> None:
+def test_cells_change_only_in_the_window_that_is_told(some: list[Scan]) -> None:
     grid = LaserGrid(PARAMS)
     grid.make_room((-9.0, -9.0), (9.0, 9.0))
     maps = []

@@ -12,7 +12,15 @@ from pilotage.mapper.grid_patches import (
 
 
 def world_of(cells: np.ndarray) -> OccupancyMap:
-    return OccupancyMap(GridGeometry(*cells.shape, 0.05, (1.0, 2.0, 0.0)), cells.astype(np.int8))
+    rows, cols = cells.shape
+    geometry = GridGeometry(rows, cols, 0.05, (1.0, 2.0, 0.0))
+    return OccupancyMap(geometry, cells.astype(np.int8))
+
+
+def patches_of(before: np.ndarray, after: np.ndarray) -> tuple[CellPatch, ...]:
+    patches = patches_between(world_of(before), world_of(after))
+    assert patches is not None
+    return patches
 
 
 def unknown(rows: int = 400, cols: int = 500) -> np.ndarray:
@@ -26,7 +34,7 @@ def test_a_map_that_did_not_change_has_no_patches() -> None:
 def test_a_patch_is_cut_to_the_cells_that_changed() -> None:
     after = unknown()
     after[70:73, 90:100] = 0
-    (patch,) = patches_between(world_of(unknown()), world_of(after))
+    (patch,) = patches_of(unknown(), after)
     assert (patch.row, patch.col, patch.cells.shape) == (70, 90, (3, 10))
     assert (patch.cells == 0).all()
 
@@ -34,7 +42,7 @@ def test_a_patch_is_cut_to_the_cells_that_changed() -> None:
 def test_changes_far_apart_have_patches_of_their_own() -> None:
     after = unknown()
     after[3, 4] = after[390, 480] = 100
-    patches = patches_between(world_of(unknown()), world_of(after))
+    patches = patches_of(unknown(), after)
     assert [(patch.row, patch.col, patch.cells.size) for patch in patches] == [
         (3, 4, 1),
         (390, 480, 1),
@@ -43,7 +51,7 @@ def test_changes_far_apart_have_patches_of_their_own() -> None:
 
 def test_no_patch_is_larger_than_a_message_should_be() -> None:
     after = np.zeros((700, 900), np.int8)
-    patches = patches_between(world_of(unknown(700, 900)), world_of(after))
+    patches = patches_of(unknown(700, 900), after)
     assert max(max(patch.cells.shape) for patch in patches) <= TILE * MOST_TILES
     assert sum(patch.cells.size for patch in patches) == after.size
 

@@ -1,5 +1,6 @@
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,10 @@ from pilotage.mapper.laser_grid_params import LaserGridParams
 
 PARAMS = LaserGridParams(resolution=1.0, surface_gap=1.5, person_width=1.5)
 """Cells of a metre, so that a drawing is a scan: three cells in a row are no person."""
+
+Seen = tuple[np.ndarray, np.ndarray, np.ndarray]
+Scan = tuple[Any, ...]
+"""Arguments of `insert`."""
 
 SIGNS = {-1: " ", 0: ".", 100: "#"}
 
@@ -23,20 +28,20 @@ def drawing(world: OccupancyMap, rows: range, cols: range) -> list[str]:
     ]
 
 
-def grid_of(*scans: tuple, params: LaserGridParams = PARAMS) -> LaserGrid:
+def grid_of(*scans: Scan, params: LaserGridParams = PARAMS) -> LaserGrid:
     grid = LaserGrid(params)
     for scan in scans:
         grid.insert(*scan)
     return grid
 
 
-def wall_ahead(cols: range = range(3), row: float = 4.5) -> tuple:
+def wall_ahead(cols: range = range(3), row: float = 4.5) -> Seen:
     """A robot in cell (0, 1) that sees a wall across its way."""
     ends = np.array([[col + 0.5, row] for col in cols])
     return np.array([1.5, 0.5]), ends, np.ones(len(ends), bool)
 
 
-def post(x: float = 1.5, y: float = 3.5) -> tuple:
+def post(x: float = 1.5, y: float = 3.5) -> Seen:
     """The same robot sees a post, and to its left and right far away."""
     ends = np.array([[-2.5, y + 1.0], [x, y], [5.5, y + 1.0]])
     return np.array([1.5, 0.5]), ends, np.array([False, True, False])

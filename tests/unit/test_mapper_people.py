@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,6 +31,10 @@ PLAIN = LaserGridParams(graze_max=0.0, person_width=1e-6)
 """With scans that have no stamp: the usual grid, in which nothing waits and grazing beams count."""
 
 
+Seen = tuple[Any, ...]
+"""Arguments of `LaserGrid.insert`."""
+
+
 @dataclass(frozen=True, eq=False)
 class Drive:
     """Scans (origin, ends, is_hit, stamp) by believed poses, and what really stands there.
@@ -39,7 +44,7 @@ class Drive:
     """
 
     walls: Walls
-    scans: list[tuple]
+    scans: list[Seen]
     sightings: np.ndarray
 
 
@@ -62,7 +67,7 @@ def drive(every: int, seed: int) -> Drive:
     return Drive(walls, scans, sightings)
 
 
-def seen(around: Surroundings, pose: np.ndarray, k: int, rng: np.random.Generator) -> tuple:
+def seen(around: Surroundings, pose: np.ndarray, k: int, rng: np.random.Generator) -> Seen:
     ranges = scan(around, pose, LASER, rng).astype(float)
     laser = se2.compose(se2.compose(pose, rng.normal(0.0, POSE_ERROR)), (LASER.mount_x, 0.0, 0.0))
     is_hit = np.isfinite(ranges)
