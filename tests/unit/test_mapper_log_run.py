@@ -64,7 +64,7 @@ def test_scan_between_two_odometry_poses_lies_between_them() -> None:
 
 
 def test_scan_that_says_its_odometry_is_believed() -> None:
-    pose = (7.0, 0.0, 0.0)
+    pose = (3.0, 0.0, 0.0)
     (placed,) = scans_of(log_of(odometry(1.0, 0.0), scan(1.5, pose), odometry(2.0, 1.0)))
     assert placed.odom_pose == pose
 
