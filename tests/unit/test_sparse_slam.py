@@ -11,7 +11,7 @@ from pilotage.core.grid import OCCUPIED_FROM
 from pilotage.core.logs import OdometryRecord, ScanRecord
 from pilotage.mapper.laser_mapping import FEW_BEAMS, LaserMapping
 from pilotage.mapper.laser_slam import LaserSlam
-from pilotage.mapper.sparse_slam import SparseSlam
+from pilotage.mapper.sparse_slam import SparseSlam, params_for
 from slam_world import ROUND, Drive, apart, building, drive, odometry_errors, way_along
 
 BEAMS = 11
@@ -139,6 +139,11 @@ def test_the_first_scan_says_how_to_map(beams: int, sparse: bool) -> None:  # no
     again.resume(memory)
     assert np.array_equal(again.pose_graph().poses, again.pose_graph().poses)
     assert set(again.remember()) == set(memory)
+
+
+@pytest.mark.parametrize(("beams", "particles"), [(0, 550), (4, 550), (11, 200), (50, 200)])
+def test_the_fewer_beams_the_more_ways_are_held_possible(beams: int, particles: int) -> None:
+    assert params_for(beams).front_end.particles.particles == particles
 
 
 def test_odometry_before_the_first_scan_is_part_of_the_way() -> None:

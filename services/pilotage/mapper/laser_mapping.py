@@ -8,8 +8,8 @@ from pilotage.core.logs import OdometryRecord, Record, ScanRecord
 from pilotage.mapper.laser_slam import LaserSlam
 from pilotage.mapper.method import MappingMethod, MappingStep, PoseGraph
 from pilotage.mapper.slam_memory import Arrays
-from pilotage.mapper.sparse_memory import is_of_sparse
-from pilotage.mapper.sparse_slam import SparseSlam
+from pilotage.mapper.sparse_memory import is_of_sparse, most_points
+from pilotage.mapper.sparse_slam import SparseSlam, params_for
 
 FEW_BEAMS = 60
 """Scans with fewer are too sparse to be matched one by one (Freiburg 079: of 30 of its beams the
@@ -39,7 +39,7 @@ class LaserMapping:
 
     def _decide(self, beams: int) -> None:
         if beams < FEW_BEAMS:
-            self._method = SparseSlam(self._rng)
+            self._method = SparseSlam(self._rng, params_for(beams))
             for record in self._before or ():
                 self._method.process(record)
         self._before = None
@@ -70,7 +70,9 @@ class LaserMapping:
 
     def resume(self, memory: Arrays) -> None:
         """Go on from what an earlier run remembered; ValueError if it does not fit."""
-        self._method = SparseSlam(self._rng) if is_of_sparse(memory) else LaserSlam()
+        self._method = LaserSlam()
+        if is_of_sparse(memory):
+            self._method = SparseSlam(self._rng, params_for(most_points(memory)))
         self._method.resume(memory)
         if self._method.pose_graph().stamps.size or is_of_sparse(memory):
             self._before = None

@@ -12,6 +12,11 @@ def is_of_sparse(memory: Arrays) -> bool:
     return "window.counts" in memory
 
 
+def most_points(memory: Arrays) -> int:
+    """Return how many points the fullest of the recent scans has: about its beams."""
+    return int(max(memory["window.end_counts"].tolist(), default=0))
+
+
 def packed_window(window: Window) -> Arrays:
     """Return the scans with their poses, and how far they were told."""
     scans = [one.scan for one in window.scans]

@@ -16,6 +16,7 @@ from pilotage.mapper.laser_grid_scans import draw, drawn_scan
 from pilotage.mapper.loop_closure import Agreement, ClosureParams
 from pilotage.mapper.method import MappingStep, PoseGraph
 from pilotage.mapper.odometry_drift import turned_covariance
+from pilotage.mapper.particle_filter import ParticleParams
 from pilotage.mapper.pose_graph import GraphParams
 from pilotage.mapper.scan_matcher import MatchParams
 from pilotage.mapper.scan_tracker import TrackerParams
@@ -48,6 +49,17 @@ class SparseSlamParams:
     """Of the matches that close loops."""
     upkeep: UpkeepParams = UPKEEP
     refinement: SmootherParams = REFINEMENT
+
+
+WORK, MOST_PARTICLES = 2200, 550
+"""Particles times beams, and particles at most: the fewer beams, the more ways are possible."""
+
+
+def params_for(beams: int) -> SparseSlamParams:
+    """Return how scans of so many beams become a map."""
+    fewest = ParticleParams().particles
+    particles = min(MOST_PARTICLES, max(fewest, WORK // max(1, beams)))
+    return SparseSlamParams(SparseFrontEndParams(particles=ParticleParams(particles=particles)))
 
 
 class SparseSlam:
