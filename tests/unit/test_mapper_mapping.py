@@ -400,7 +400,10 @@ class TestTheLibrary:
         with pytest.raises(RefusedError, match="there is no map yet"):
             bench.ask("map_save", MapSave(name="nothing"))
 
-    def test_still_serves_a_map_whose_run_cannot_be_read(self, mapping: MapperBench) -> None:
+    @pytest.mark.parametrize("run", [b"nonsense", b"PK\x03\x04 cut off"])
+    def test_still_serves_a_map_whose_run_cannot_be_read(
+        self, mapping: MapperBench, run: bytes
+    ) -> None:
         reply = mapping.ask("map_save", MapSave(name="one"))
         assert isinstance(reply, MapSaved)
         stopped(mapping)
@@ -410,7 +413,7 @@ class TestTheLibrary:
                 name: mapping.service._at.library.read("one", name)
                 for name in ("map.yaml", "map.pgm")
             }
-            | {"session.npz": b"nonsense"},
+            | {"session.npz": run},
             1,
         )
         mapping.ask("map_load", MapLoad(map="one"))

@@ -1,6 +1,5 @@
 """Which map is in use, or in the making, and how one becomes the other."""
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
@@ -19,6 +18,7 @@ from pilotage.mapper.mapping_session import MappingSession
 from pilotage.mapper.messages import pose_of
 from pilotage.mapper.method import MappingMethod
 from pilotage.mapper.methods import NoMethodError
+from pilotage.mapper.session_file import packed_session, resume_session, unpacked_session
 from pilotage.mapper.storage import State, StateFolder
 from pilotage_schemas.mapping import Handover, MappingSensor, MappingStatus, OccupancyGrid
 
@@ -131,7 +131,7 @@ class MapChoice:
             with self._node.busy(WORK_S):
                 files = {
                     **products(finish(self.session.method)),
-                    SESSION_FILE: self._session_bytes(),
+                    SESSION_FILE: packed_session(self.sensor, self.session),
                 }
                 return self.library.save(name, files, self._node.clock.now_ns())
         if self._world is None:
@@ -209,7 +209,7 @@ class MapChoice:
         if sensor is not None:
             with self._node.busy(WORK_S):
                 session = MappingSession(self._make(sensor))
-                session.resume(state.arrays)
+                resume_session(session, state.arrays)
         self._since_ns = int(facts["since_ns"])
         if facts["mode"] == "mapping":
             self.session, self.sensor = session, sensor
@@ -281,21 +281,13 @@ class MapChoice:
             stamp_ns=session.newest.stamp_ns,
         )
 
-    def _session_bytes(self) -> bytes:
-        made = io.BytesIO()
-        remembered: dict[str, Any] = {} if self.session is None else dict(self.session.remember())
-        np.savez_compressed(made, sensor=np.array(self.sensor), **remembered)
-        return made.getvalue()
-
     def _session_of(self, content: bytes) -> tuple[MappingSensor | None, MappingSession | None]:
         """Return the run that a stored map was made by; without it the map can still be used."""
         try:
-            with np.load(io.BytesIO(content), allow_pickle=False) as kept:
-                arrays = {name: kept[name] for name in kept.files}
-            sensor: MappingSensor = "sonar" if str(arrays.pop("sensor")) == "sonar" else "laser"
+            sensor, arrays = unpacked_session(content)
             session = MappingSession(self._make(sensor))
-            session.resume(arrays)
-        except (KeyError, ValueError, OSError, NoMethodError) as error:
+            resume_session(session, arrays)
+        except (ValueError, NoMethodError) as error:
             self._node.warn("library", f"mapping cannot go on with this map: {error}")
             return None, None
         session.newest = None
