@@ -1,6 +1,7 @@
 """`pilotage map`: a recorded log in, a map, the robot's way and a report out."""
 
 import json
+import os
 import resource
 import sys
 import time
@@ -84,6 +85,9 @@ def _make_folder(out: Path) -> None:
         raise ConfigError(f"--out takes a folder; {error.filename} is a file") from error
     except OSError as error:
         raise ConfigError(f"--out {out}: cannot be made: {error.strerror}") from error
+    # Now, not after minutes of mapping.
+    if not os.access(out, os.W_OK | os.X_OK):
+        raise ConfigError(f"--out {out}: nothing can be written there")
 
 
 def _run(records: list[Record], method: MappingMethod) -> list[float]:

@@ -237,3 +237,11 @@ def assert_one_line(capsys: pytest.CaptureFixture[str], reason: str) -> None:
     assert told.err.startswith("pilotage: ")
     assert told.err.count("\n") == 1
     assert reason in told.err
+
+
+def test_folder_that_cannot_be_written_to_is_told_before_any_work(
+    desk: Desk, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "access", lambda path, _: Path(path) != desk.out)
+    assert desk.run() == 2
+    assert_one_line(capsys, "nothing can be written there")

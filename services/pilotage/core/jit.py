@@ -14,7 +14,7 @@ def kernel(function: Function) -> Function:
     Machine code is cached on disk, so only the first start after a change compiles; the
     interpreter lock is released, so a kernel never holds up the thread that feeds the bus.
     """
-    return cast("Function", numba.njit(cache=True, nogil=True)(function))
+    return _compiled(function)
 
 
 def reduction(function: Function) -> Function:
@@ -24,4 +24,13 @@ def reduction(function: Function) -> Function:
     (a belief has neither).
     """
     relaxed = {"reassoc", "nnan", "nsz"}
-    return cast("Function", numba.njit(cache=True, nogil=True, fastmath=relaxed)(function))
+    return _compiled(function, relaxed)
+
+
+def _compiled(function: Function, relaxed: set[str] | None = None) -> Function:
+    fastmath = relaxed or False
+    try:
+        return cast("Function", numba.njit(cache=True, nogil=True, fastmath=fastmath)(function))
+    except RuntimeError:
+        # Installed read-only, and no home to write to: every start compiles.
+        return cast("Function", numba.njit(nogil=True, fastmath=fastmath)(function))
