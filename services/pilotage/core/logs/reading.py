@@ -7,6 +7,7 @@ from pathlib import Path
 from pilotage.core.logs.carmen import CARMEN
 from pilotage.core.logs.ev3 import EV3
 from pilotage.core.logs.line_format import LineFormat
+from pilotage.core.logs.log_clock import with_one_clock
 from pilotage.core.logs.mounts import settle_mounts
 from pilotage.core.logs.nanodrone import NANODRONE, NANODRONE_FLAT
 from pilotage.core.logs.records import (
@@ -90,7 +91,7 @@ def _rows_of(content: bytes, chosen: TableFormat) -> Iterator[Line]:
 
 
 def _log_of(name: str, records: list[Record], skipped: int) -> Log:
-    ordered = sorted(settle_mounts(records), key=lambda record: record.stamp)
+    ordered = sorted(settle_mounts(with_one_clock(records)), key=lambda record: record.stamp)
     return Log(name, tuple(ordered), skipped)
 
 
@@ -173,4 +174,5 @@ def _refuse_useless(records: list[Record], damaged: list[Damage], file: Path, na
         number, problem = damaged[0]
         raise LogError(f"{file}, line {number}: {problem} ({len(damaged)} lines are damaged)")
     if not any(isinstance(record, ScanRecord | OdometryRecord) for record in records):
-        raise LogError(f"{file}: neither a scan nor odometry in the format {name}")
+        lacks = "no odometry beside what was measured" if records else "neither a scan nor odometry"
+        raise LogError(f"{file}: {lacks} in the format {name}")
