@@ -191,7 +191,7 @@ REFUSED = {
     "hopeless count": ("FLASER 1e9 3", "line 1: 1e.09 values announced"),
     "far away": ("ODOM 1e30 2 3 0 0 0 12 robot 1", "line 1: a pose that is impossibly far"),
     "no certainty": ("COMPASS 1 0 3", "line 1: a standard deviation of 0"),
-    "compass only": ("COMPASS 1 0.1 3", "neither a scan nor odometry"),
+    "compass only": ("COMPASS 1 0.1 3", "neither a laser scan nor odometry"),
     "wean cut": ("O 1.0 2.0 3.0", "line 1: 4 values instead of 5"),
 }
 
@@ -233,7 +233,7 @@ def test_unknown_format_is_refused_with_the_known_ones(tmp_path: Path) -> None:
 
 def test_forced_format_does_not_read_the_lines_of_another(tmp_path: Path) -> None:
     assert read(tmp_path, ODOM, log_format="carmen").format == "carmen"
-    with pytest.raises(LogError, match="neither a scan nor odometry in the format wean"):
+    with pytest.raises(LogError, match="neither a laser scan nor odometry in the format wean"):
         read(tmp_path, ODOM, log_format="wean")
 
 

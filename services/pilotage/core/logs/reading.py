@@ -174,5 +174,4 @@ def _refuse_useless(records: list[Record], damaged: list[Damage], file: Path, na
         number, problem = damaged[0]
         raise LogError(f"{file}, line {number}: {problem} ({len(damaged)} lines are damaged)")
     if not any(isinstance(record, ScanRecord | OdometryRecord) for record in records):
-        lacks = "no odometry beside what was measured" if records else "neither a scan nor odometry"
-        raise LogError(f"{file}: {lacks} in the format {name}")
+        raise LogError(f"{file}: neither a laser scan nor odometry in the format {name}")
