@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from dead_reckoning_mapping import DeadReckoningMapping
-from localizer_world import ANGLE_MIN, ANGLE_STEP, BEARINGS, RANGE_MAX, START, flat
+from localizer_world import ANGLE_MIN, ANGLE_STEP, BEARINGS, RANGE_MAX, ROUND, START, flat
 from pilotage.bus.clock import HandClock
 from pilotage.bus.deployment import Deployment
 from pilotage.bus.fabric import Sample
@@ -22,6 +22,7 @@ from pilotage.mapper.messages import pose_of
 from pilotage.mapper.method import MappingMethod
 from pilotage.mapper.service import MapperService
 from pilotage_schemas.codec import decode
+from pilotage_schemas.commands import Done, MapLoaded, MapStart, Nothing
 from pilotage_schemas.geometry import Twist2
 from pilotage_schemas.localization import Belief, PoseEstimate
 from pilotage_schemas.mapping import GridPatch, MappedPath, MappingStatus, OccupancyGrid
@@ -29,6 +30,7 @@ from pilotage_schemas.message import Message, Part
 from pilotage_schemas.sensors import LaserScan, Odometry, RobotDescription, SensorMount
 
 LASER = np.array([0.1, 0.0, 0.0])
+STAND = (0.0, 0.0, 0.0)
 HEARD: dict[str, type[Message]] = {
     "map": OccupancyGrid,
     "map_patch": GridPatch,
@@ -177,3 +179,24 @@ def pieced_together(grids: Iterable[OccupancyGrid], patches: Iterable[GridPatch]
             rows, cols = patch.cells.shape
             cells[patch.row : patch.row + rows, patch.col : patch.col + cols] = patch.cells
     return cells
+
+
+def described(folder: Path) -> MapperBench:
+    """Return a mapper that knows the robot."""
+    bench = MapperBench(folder)
+    bench.describe()
+    return bench
+
+
+def half_mapped(folder: Path) -> MapperBench:
+    """Return a mapper that has mapped half of the flat."""
+    bench = described(folder)
+    assert isinstance(bench.ask("map_start", MapStart()), Done)
+    bench.go(STAND, *ROUND[:8])
+    return bench
+
+
+def stopped(bench: MapperBench) -> MapLoaded:
+    reply = bench.ask("map_stop", Nothing())
+    assert isinstance(reply, MapLoaded)
+    return reply

@@ -34,6 +34,23 @@ MAPS = "/api/v1/maps"
 FILES = {"map.yaml": b"image: map.pgm\n", "map.pgm": b"P5\n\xff"}
 
 
+def with_damaged_content(archive: bytes) -> bytes:
+    """The archive with the packed bytes of its first file spoilt."""
+    begin = archive.index(b"map.yaml") + len(b"map.yaml")
+    return archive[:begin] + b"\xff" * 8 + archive[begin + 8 :]
+
+
+def packed_unknown_way(archive: bytes) -> bytes:
+    """The archive, its files said to be packed by a method of which nobody knows."""
+    spoilt = bytearray(archive)
+    for mark, offset in ((b"PK\x03\x04", 8), (b"PK\x01\x02", 10)):
+        at = spoilt.find(mark)
+        while at >= 0:
+            spoilt[at + offset : at + offset + 2] = b"\x63\x00"
+            at = spoilt.find(mark, at + 4)
+    return bytes(spoilt)
+
+
 @pytest.fixture
 def world() -> Iterator[GatewayWorld]:
     with GatewayWorld() as world:
@@ -287,7 +304,11 @@ class TestTheLibrary:
         assert (answer.status_code, answer.json()["detail"]) == (409, library.refusal)
 
     @pytest.mark.parametrize(
-        "body", [b"", b"hello", packed(FILES)[:-9], b"PK\x05\x06" + b"\0" * 18]
+        "body",
+        [
+            *(b"", b"hello", packed(FILES)[:-9], b"PK\x05\x06" + b"\0" * 18),
+            *(with_damaged_content(packed(FILES)), packed_unknown_way(packed(FILES))),
+        ],
     )
     def test_takes_nothing_but_archives(self, world: GatewayWorld, body: bytes) -> None:
         answer = world.client.put(f"{MAPS}/new", content=body)
@@ -313,6 +334,9 @@ def test_without_a_mapper_the_library_is_not_there(world: GatewayWorld) -> None:
 
 
 class TestAnArchive:
+    def test_is_packed(self) -> None:
+        assert len(packed({"map.pgm": bytes(100_000)})) < 1000
+
     def test_comes_back_as_it_was_packed(self) -> None:
         assert {one.name: one.content.tobytes() for one in unpacked(packed(FILES))} == FILES
 

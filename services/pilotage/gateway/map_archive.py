@@ -2,6 +2,7 @@
 
 import io
 import zipfile
+import zlib
 
 import numpy as np
 
@@ -12,6 +13,12 @@ LARGEST = 60 * 2**20
 
 MOST_FILES = 16
 
+UNREADABLE = (
+    *(zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, EOFError, OSError),
+    # Encrypted, or with names and sizes that are none.
+    *(RuntimeError, ValueError),
+)
+
 
 class ArchiveError(ValueError):
     """The archive cannot be used; the text says why."""
@@ -20,9 +27,10 @@ class ArchiveError(ValueError):
 def packed(files: dict[str, bytes]) -> bytes:
     """Return the files as an archive."""
     made = io.BytesIO()
-    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(made, "w") as archive:
         for name, content in files.items():
-            archive.writestr(zipfile.ZipInfo(name), content)
+            # Of no date, so that the same map is the same archive.
+            archive.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
     return made.getvalue()
 
 
@@ -35,10 +43,10 @@ def unpacked(content: bytes) -> tuple[NamedFile, ...]:
             return tuple(_file(archive, entry) for entry in entries)
     except ArchiveError:
         raise
-    except (zipfile.BadZipFile, zipfile.LargeZipFile, RuntimeError, OSError, ValueError) as error:
-        raise ArchiveError(f"the body is no ZIP archive that can be read: {error}") from error
-    except (NotImplementedError, EOFError) as error:
+    except NotImplementedError as error:
         raise ArchiveError(f"the archive is packed in a way unknown here: {error}") from error
+    except UNREADABLE as error:
+        raise ArchiveError(f"the body is no ZIP archive that can be read: {error}") from error
 
 
 def _require_bounded(entries: list[zipfile.ZipInfo]) -> None:

@@ -20,8 +20,8 @@ LARGEST = 2**30
 
 UNREADABLE = (
     *(KeyError, ValueError, TypeError, OSError, EOFError, MemoryError),
-    # Encrypted, packed in a way of which nobody knows, cut off, damaged.
-    *(RuntimeError, NotImplementedError, zipfile.BadZipFile, zlib.error),
+    # Encrypted or packed in a way of which nobody knows (RuntimeError), cut off, damaged.
+    *(RuntimeError, zipfile.BadZipFile, zlib.error),
 )
 
 UNFIT = (KeyError, ValueError, TypeError, IndexError, OverflowError, MemoryError)
