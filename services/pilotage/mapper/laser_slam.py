@@ -17,7 +17,7 @@ from pilotage.mapper.method import MappingStep, PoseGraph
 from pilotage.mapper.odometry_drift import turned_covariance
 from pilotage.mapper.pose_graph import GraphParams
 from pilotage.mapper.scan_tracker import LocalMap, Tracked, local_map
-from pilotage.mapper.slam_memory import Arrays, packed_graph, unpack_graph
+from pilotage.mapper.slam_memory import Arrays, packed, refusing_misfits, unpack
 from pilotage.mapper.track import Track
 
 
@@ -111,20 +111,15 @@ class LaserSlam:
             "pose": self._front.tracked.pose,
             "covariance": self._front.tracked.covariance,
         }
-        track = {f"track.{name}": array for name, array in self._track.state().items()}
-        return own | track | packed_graph(self._graph) | self._upkeep.state()
+        return own | packed(self._graph, self._track) | self._upkeep.state()
 
     def resume(self, memory: Arrays) -> None:
         """Go on from what an earlier run remembered; ValueError if it does not fit."""
-        try:
+        with refusing_misfits():
             self._resume(memory)
-        except (KeyError, IndexError, StopIteration) as error:
-            raise ValueError(f"this is no memory of laser mapping: {error}") from error
 
     def _resume(self, memory: Arrays) -> None:
-        unpack_graph(memory, self._graph)
-        track = {name: memory[f"track.{name}"].astype(float) for name in ("scans", "odometry")}
-        self._track.resume(track)
+        unpack(memory, self._graph, self._track)
         self._upkeep.resume(memory)
         if not self._graph.keyframes:
             return

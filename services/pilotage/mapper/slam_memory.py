@@ -1,5 +1,7 @@
-"""The graph of keyframes as arrays by name, for snapshots, and back."""
+"""Keyframes, edges and the way as arrays by name, for snapshots, and back."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 import numpy as np
@@ -8,9 +10,31 @@ from numpy.typing import NDArray
 from pilotage.mapper.keyframes import Keyframe, KeyframeGraph
 from pilotage.mapper.laser_grid_scans import DrawnScan
 from pilotage.mapper.pose_edges import Edge
+from pilotage.mapper.track import Track
 
 Arrays = dict[str, NDArray[np.generic]]
 Kind = TypeVar("Kind", bound=np.generic)
+
+
+@contextmanager
+def refusing_misfits() -> Iterator[None]:
+    """Say ValueError of arrays that are not those of laser mapping."""
+    try:
+        yield
+    except (KeyError, IndexError, StopIteration) as error:
+        raise ValueError(f"this is no memory of laser mapping: {error}") from error
+
+
+def packed(graph: KeyframeGraph, track: Track) -> Arrays:
+    """Return a graph and the way through it."""
+    way = {f"track.{name}": array for name, array in track.state().items()}
+    return way | packed_graph(graph)
+
+
+def unpack(memory: Arrays, graph: KeyframeGraph, track: Track) -> None:
+    """Fill an empty graph and an empty way; KeyError or ValueError if the arrays are not theirs."""
+    unpack_graph(memory, graph)
+    track.resume({name: memory[f"track.{name}"].astype(float) for name in ("scans", "odometry")})
 
 
 def packed_graph(graph: KeyframeGraph) -> Arrays:

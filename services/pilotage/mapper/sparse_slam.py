@@ -20,7 +20,7 @@ from pilotage.mapper.particle_filter import ParticleParams
 from pilotage.mapper.pose_graph import GraphParams
 from pilotage.mapper.scan_matcher import MatchParams
 from pilotage.mapper.scan_tracker import TrackerParams
-from pilotage.mapper.slam_memory import Arrays, packed_graph, unpack_graph
+from pilotage.mapper.slam_memory import Arrays, packed, refusing_misfits, unpack
 from pilotage.mapper.smoother import SmootherParams
 from pilotage.mapper.sparse_front_end import SparseFrontEnd, SparseFrontEndParams, SparseKeyframe
 from pilotage.mapper.sparse_memory import packed_window, unpacked_window
@@ -151,20 +151,16 @@ class SparseSlam:
     def remember(self) -> Arrays:
         """Return all that `resume` needs, as arrays by name."""
         window = self._front.remembered()
-        track = {f"track.{name}": array for name, array in self._track.state().items()}
-        return track | packed_graph(self._graph) | self._upkeep.state() | packed_window(window)
+        known = packed(self._graph, self._track) | self._upkeep.state()
+        return known | packed_window(window)
 
     def resume(self, memory: Arrays) -> None:
         """Go on from what an earlier run remembered; ValueError if it does not fit."""
-        try:
+        with refusing_misfits():
             self._resume(memory)
-        except (KeyError, IndexError, StopIteration) as error:
-            raise ValueError(f"this is no memory of laser mapping: {error}") from error
 
     def _resume(self, memory: Arrays) -> None:
-        unpack_graph(memory, self._graph)
-        track = {name: memory[f"track.{name}"].astype(float) for name in ("scans", "odometry")}
-        self._track.resume(track)
+        unpack(memory, self._graph, self._track)
         self._upkeep.resume(memory)
         window = unpacked_window(memory)
         if window.scans:
