@@ -113,6 +113,8 @@ def test_a_map_is_kept_listed_and_downloaded(
 def test_the_localizer_takes_over_without_a_gap_or_a_wrong_pose(
     heard: Listener, page: Page
 ) -> None:
+    # It stands where it has mapped, for it may be honest about what it drives into afterwards.
+    page.command("stop")
     began = time.time_ns()
     page.command("map_stop")
     heard.until(lambda: heard.status.mode == "idle", 60.0, "the hand-over")
@@ -121,9 +123,8 @@ def test_the_localizer_takes_over_without_a_gap_or_a_wrong_pose(
     heard.until(lambda: heard.poses[-1].stamp_ns > ended + 5_000_000_000, 30.0, "poses on")
     assert heard.longest_silence_since(began) < 1.0
     assert heard.worst_since(began) < RIGHT_M
-    # Later the robot may well drive into what is not on the map, and be honest about it.
-    soon = [one.state for one in heard.poses if 0 < one.stamp_ns - ended < 1_500_000_000]
-    assert np.mean([state == "localized" for state in soon]) > 0.9
+    states = [one.state for one in heard.poses if one.stamp_ns > ended]
+    assert np.mean([state == "localized" for state in states]) > 0.9
     assert not heard.maps[-1].in_progress
     figure(
         f"hand-over: longest silence {heard.longest_silence_since(began):.2f} s, "
