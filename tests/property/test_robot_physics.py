@@ -11,7 +11,7 @@ from pilotage.robot.simulator.drive import DriveParams, Wheels, accelerated
 from pilotage.robot.simulator.range_sensors import LaserParams, Surroundings, scan
 from pilotage.robot.simulator.simulation import RobotParams
 from pilotage.robot.simulator.walls import Walls
-from pilotage.robot.view import View
+from pilotage.core.laser_view import View
 from pilotage.robot.wander import Wanderer, WanderParams
 from pilotage.robot.watchdog import Limits
 from robot_world import ROOM, simulation_in

@@ -6,7 +6,7 @@ import pytest
 from pilotage.core.motion import arc
 from pilotage.robot.motion_command import Straight
 from pilotage.robot.pilot import Pilot
-from pilotage.robot.view import View
+from pilotage.core.laser_view import View
 from pilotage.robot.wander import Wanderer, WanderParams
 from pilotage.robot.watchdog import Limits, SensorWatch
 

@@ -12,7 +12,7 @@ from pilotage.robot.simulator.floor_plans import office_floor, office_rooms, squ
 from pilotage.robot.simulator.range_sensors import scan
 from pilotage.robot.simulator.simulation import RobotParams, Simulation
 from pilotage.robot.simulator.walls import Walls
-from pilotage.robot.view import View
+from pilotage.core.laser_view import View
 from pilotage.robot.wander import Wanderer, WanderParams
 from pilotage.robot.watchdog import Limits
 from robot_world import EXACT, ROOM, simulation_in

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pilotage.robot.motion_command import Motion
-from pilotage.robot.view import View
+from pilotage.core.laser_view import View
 from pilotage.robot.wander import Wanderer
 from pilotage.robot.watchdog import AT_REST, CommandWatch, Limits, SensorWatch, Speeds
 

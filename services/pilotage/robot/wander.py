@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.core.angles import wrap
-from pilotage.robot.view import Points, View
+from pilotage.core.laser_view import Points, View
 from pilotage.robot.watchdog import AT_REST, Speeds
 
 ARRIVED = 0.35

@@ -1,4 +1,4 @@
-"""What a laser tells a wanderer: how far it may go where, and where doors are; pure."""
+"""What a laser tells whoever drives: how far it may go where, and where doors are; pure."""
 
 from dataclasses import dataclass
 
