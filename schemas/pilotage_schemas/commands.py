@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pilotage_schemas.arrays import Float64Array, Int8Array, Nd
-from pilotage_schemas.geometry import Pose2, Twist2
+from pilotage_schemas.geometry import Heading, Pose2, Twist2
 from pilotage_schemas.mapping import Count, MappingSensor, Resolution, Stamp
 from pilotage_schemas.message import Name, NonNegative, Part, Positive, Text
 
@@ -193,6 +193,29 @@ class MapList(Part):
     """The maps of the library by name."""
 
     maps: Annotated[tuple[StoredMap, ...], Field(max_length=10_000, strict=False)]
+
+
+class GoTo(Part):
+    """Drive to `pose` in the map, within these tolerances [m, rad]; refused if no way leads there.
+
+    Where the pose is in doubt, or becomes so on the way, the robot finds out first where it is.
+    """
+
+    pose: Pose2
+    position_tolerance: Annotated[Positive, Field(ge=0.02, le=10.0)] = 0.10
+    heading_tolerance: Annotated[Positive, Field(ge=0.01, le=3.1416)] = 0.0873
+
+
+class LocalizeActively(Part):
+    """Drive so as to find out where the robot is: now, or (`always`) whenever that is in doubt."""
+
+    always: bool = False
+
+
+class Look(Part):
+    """Point the camera: `pan` [rad] relative to the robot's x axis."""
+
+    pan: Heading
 
 
 class Restart(Part):

@@ -111,6 +111,7 @@ _TOPICS = (
     Topic("path", planning.Path, "planner", None, "never_drop", "how it gets there"),
     Topic("potential", planning.PotentialField, "planner", None, "never_drop", "potential field"),
     Topic("plan", planning.ActivePlan, "planner", None, "never_drop", "the next look"),
+    Topic("planning_status", planning.PlanningStatus, "planner", 2, "latest_wins", "what it plans"),
     Topic("topology", topology.TopologicalMap, "topology", None, "never_drop", "places and ways"),
     Topic("node_arrival", topology.NodeArrival, "topology", None, "never_drop", "a place reached"),
     Topic("relocalization", topology.Relocalization, "topology", None, "never_drop", "found again"),
@@ -142,6 +143,20 @@ _QUERIES = (
     Query("map_delete", "mapper", c.MapDelete, c.Done, "delete a map", 10.0, is_command=False),
     Query("map_fetch", "mapper", c.MapFetch, c.MapFile, "read a file", 10.0, is_command=False),
     Query("map_store", "mapper", c.MapStore, c.MapSaved, "take a map in", 30.0, is_command=False),
+    Query("go_to", "planner", c.GoTo, c.Done, "drive to a pose of the map", 10.0),
+    Query(
+        "localize_actively", "planner", c.LocalizeActively, c.Done, "drive so as to find out where"
+    ),
+    Query("cancel", "planner", c.Nothing, c.Done, "give up going and localizing"),
+    Query("look", "planner", c.Look, c.Done, "point the camera"),
+    Query(
+        "planner_status",
+        "planner",
+        c.Nothing,
+        planning.PlanningStatus,
+        "what the planner does",
+        is_command=False,
+    ),
     Query("restart", "launcher", c.Restart, c.Done, "restart one process"),
 )
 

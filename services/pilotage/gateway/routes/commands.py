@@ -49,6 +49,13 @@ EXAMPLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"path": "maps/office.yaml"},
         {"map_id": "5f3c0a9be2d41c77", "rows": 800, "cols": 1200},
     ),
+    "go_to": (
+        {"pose": POSE, "position_tolerance": 0.1, "heading_tolerance": 0.0873},
+        {"detail": "going to (12.50, 3.00), 8.4 m"},
+    ),
+    "localize_actively": ({"always": False}, {"detail": "resolving the doubt"}),
+    "cancel": ({}, {"detail": "going to (12.50, 3.00) was given up"}),
+    "look": ({"pan": 0.5}, {"detail": ""}),
     "restart": ({"service": "localizer"}, {"detail": ""}),
 }
 """Request and reply of each command, shown in the API's description."""
