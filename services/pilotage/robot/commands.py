@@ -8,6 +8,7 @@ from pilotage.bus.node import Node
 from pilotage.robot.driver import (
     LOG_REFUSAL,
     DriverError,
+    Gazeable,
     Kidnappable,
     Playback,
     RobotDriver,
@@ -16,7 +17,7 @@ from pilotage.robot.motion_command import Motion, Straight, Turn
 from pilotage.robot.pilot import Pilot
 from pilotage_schemas import commands as c
 from pilotage_schemas.geometry import Twist2
-from pilotage_schemas.planning import VelocityCommand
+from pilotage_schemas.planning import GazeCommand, VelocityCommand
 from pilotage_schemas.sensors import RobotDescription
 
 LOOK_PERIOD = 0.005
@@ -64,6 +65,7 @@ class RobotCommands:
         node.answer("wander", self._wander)
         node.answer("kidnap", self._kidnap)
         node.subscribe("velocity_command", self._hear_velocity)
+        node.subscribe("gaze_command", self._hear_gaze)
 
     def _move(self, name: str, motion: Motion) -> c.Done:
         self._require(name)
@@ -83,6 +85,15 @@ class RobotCommands:
             self._obey(command.twist, by_itself=True)
         except RefusedError as error:
             self._robot.node.warn("velocity_command", str(error))
+
+    def _hear_gaze(self, command: GazeCommand) -> None:
+        driver = self._robot.driver
+        try:
+            self._require("look")
+            if isinstance(driver, Gazeable):
+                driver.look(command.pan)
+        except (RefusedError, DriverError) as error:
+            self._robot.node.warn("gaze_command", str(error))
 
     def _obey(self, twist: Twist2, *, by_itself: bool) -> None:
         if twist.vy != 0.0:

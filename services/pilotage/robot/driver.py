@@ -88,6 +88,18 @@ class Kidnappable(Protocol):
 
 
 @runtime_checkable
+class Gazeable(Protocol):
+    """A robot with a camera on a joint; its description has a camera and the command `look`."""
+
+    def look(self, pan: float) -> None:
+        """Turn the camera to `pan` rad off the robot's x axis, or as far that way as it goes.
+
+        Returns at once; the camera gets there at its own speed. DriverError if it cannot turn.
+        """
+        ...
+
+
+@runtime_checkable
 class Playback(Protocol):
     """A recorded run in place of a robot."""
 
