@@ -6,14 +6,22 @@ from pydantic import Field
 
 from pilotage_schemas.arrays import Float32Array, Nd
 from pilotage_schemas.geometry import Heading, Pose2, Twist2
-from pilotage_schemas.mapping import Resolution
+from pilotage_schemas.mapping import Count, Resolution
 from pilotage_schemas.message import Finite, Message, NonNegative, Part, Positive, Text
 
 
 class VelocityCommand(Message):
-    """The wanted twist; the robot stops by itself when none has come for 0.5 s."""
+    """The wanted twist; the robot stops by itself when none has come for 0.5 s.
+
+    `orders`: how many orders of people (RobotStatus) the sender knows of. A robot that has had
+    others since does not obey: nobody's Stop is undone by what was on its way. None: not said.
+    `then`: more such commands follow, or this was the last one, and the robot stands, or goes on
+    with what it did before the first.
+    """
 
     twist: Twist2
+    orders: Count | None = None
+    then: Literal["more", "stand", "resume"] = "more"
 
 
 class GazeCommand(Message):

@@ -7,6 +7,7 @@ from pydantic import Field
 from pilotage_schemas.arrays import Float32Array, Float64Array, Nd
 from pilotage_schemas.geometry import Heading as Direction
 from pilotage_schemas.geometry import Pose2, Twist2
+from pilotage_schemas.mapping import Count
 from pilotage_schemas.message import (
     Finite,
     Fraction,
@@ -114,13 +115,20 @@ class RobotDescription(Message):
 
 
 class RobotStatus(Message):
-    """What the robot does and why; `progress` of a replayed log."""
+    """What the robot does and why; `progress` of a replayed log.
+
+    `orders` counts what people told the robot to do since it started: to stop, to move, to wander.
+    `is_held`: the last such order was to stop or to move, and no program that was started since
+    drives: one that drives of its own accord waits for a person's word.
+    """
 
     source: Literal["live", "simulation", "replay"]
     mode: Literal["wandering", "commanded", "stopped", "replaying", "finished"]
     reason: Text
     speed_factor: Positive = 1.0
     progress: Fraction | None = None
+    orders: Count = 0
+    is_held: bool = False
 
 
 class GroundTruth(Message):

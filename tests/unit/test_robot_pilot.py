@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from pilotage.core.laser_view import View
 from pilotage.core.motion import arc
 from pilotage.robot.motion_command import Straight
 from pilotage.robot.pilot import Pilot
-from pilotage.core.laser_view import View
 from pilotage.robot.wander import Wanderer, WanderParams
 from pilotage.robot.watchdog import Limits, SensorWatch
 
@@ -152,3 +152,61 @@ def test_a_bump_beside_does_not_end_a_motion_but_one_ahead_does() -> None:
     seat.pilot.hear_bumper(None, is_pressed=True)
     seat.run(0.1)
     assert seat.pilot.reason == "forward 5.00 m: ran into something"
+
+
+def test_a_robot_that_wandered_goes_on_with_it_when_it_is_released() -> None:
+    seat = Seat()
+    seat.pilot.wander()
+    seat.pilot.obey((0.0, 0.0), seat.now, by_itself=True)
+    assert seat.pilot.mode == "commanded"
+    seat.pilot.release(resume=True)
+    assert seat.pilot.mode == "wandering"
+
+
+def test_a_robot_that_stood_stands_when_it_is_released() -> None:
+    seat = Seat()
+    seat.pilot.obey((0.2, 0.0), seat.now, by_itself=True)
+    seat.pilot.release(resume=True)
+    assert (seat.pilot.mode, seat.pilot.reason) == ("stopped", "at the end of its way")
+
+
+def test_a_robot_that_wandered_stands_when_that_is_wanted_at_the_end() -> None:
+    seat = Seat()
+    seat.pilot.wander()
+    seat.pilot.obey((0.2, 0.0), seat.now, by_itself=True)
+    seat.pilot.release(resume=False)
+    assert seat.pilot.mode == "stopped"
+    seat.pilot.release(resume=True)
+    assert seat.pilot.mode == "stopped"
+
+
+def test_who_fell_silent_can_still_let_the_robot_wander_on() -> None:
+    seat = Seat()
+    seat.pilot.wander()
+    seat.pilot.obey((0.0, 0.0), seat.now, by_itself=True)
+    seat.run(1.0)
+    assert seat.pilot.mode == "stopped"
+    seat.pilot.obey((0.0, 0.0), seat.now, by_itself=True)
+    seat.pilot.release(resume=True)
+    assert seat.pilot.mode == "wandering"
+
+
+def test_nothing_goes_on_behind_the_back_of_who_stopped_it() -> None:
+    seat = Seat()
+    seat.pilot.wander()
+    seat.pilot.obey((0.2, 0.0), seat.now, by_itself=True)
+    seat.pilot.take_order(is_held=True)
+    seat.pilot.stop("stopped by command")
+    seat.pilot.release(resume=True)
+    assert (seat.pilot.mode, seat.pilot.reason) == ("stopped", "stopped by command")
+    assert (seat.pilot.orders, seat.pilot.is_held) == (1, True)
+
+
+def test_a_motion_of_a_person_is_not_ended_by_the_release_of_a_program() -> None:
+    seat = Seat()
+    seat.pilot.obey((0.2, 0.0), seat.now, by_itself=True)
+    seat.pilot.take_order(is_held=True)
+    seat.pilot.move(Straight(5.0, 0.3))
+    seat.pilot.release(resume=False)
+    assert seat.pilot.mode == "commanded"
+    assert seat.run(1.0) == pytest.approx((0.3, 0.0))

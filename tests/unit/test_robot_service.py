@@ -9,9 +9,10 @@ from pilotage.robot.config import RobotSettings
 from pilotage.robot.driver import Measurement
 from pilotage_schemas import commands as c
 from pilotage_schemas.geometry import Pose2, Twist2
+from pilotage_schemas.message import Part
 from pilotage_schemas.planning import VelocityCommand
 from pilotage_schemas.topics import TOPICS
-from robot_world import bump, toy_bench
+from robot_world import Bench, bump, toy_bench
 from sample_messages import odometry, scan
 
 
@@ -97,6 +98,67 @@ def test_the_planners_velocities_come_by_topic() -> None:
     assert (robot.twist.vx, robot.twist.omega) == pytest.approx((0.2, 0.5))
     bench.advance(0.4)
     assert robot.twist.vx == 0.0
+
+
+def by_program(bench: Bench, orders: int | None, then: str = "more") -> None:
+    """A planner's velocity, sent by one who knows of so many orders of people."""
+    command = VelocityCommand.model_validate(
+        {
+            "stamp_ns": bench.clock.now_ns(),
+            "frame_id": "base_link",
+            "twist": ahead(0.2).twist,
+            "orders": orders,
+            "then": then,
+        }
+    )
+    bench.publish_velocity(command)
+
+
+def test_what_a_planner_sent_before_it_knew_of_a_stop_does_not_undo_it() -> None:
+    bench, robot = toy_bench()
+    heard = bench.listen("status")
+    by_program(bench, orders=0)
+    bench.advance(0.2)
+    assert robot.twist.vx > 0.0
+    bench.ask("stop", c.Nothing())
+    assert (heard[-1].orders, heard[-1].is_held) == (1, True), "said before the stop is answered"
+    by_program(bench, orders=0)
+    bench.advance(0.2)
+    assert robot.twist.vx == 0.0
+    by_program(bench, orders=1)
+    bench.advance(0.6)
+    assert robot.pose[0] > 0.1
+    assert not heard[-1].is_held
+
+
+@pytest.mark.parametrize(
+    ("order", "is_held"),
+    [
+        (("stop", c.Nothing()), True),
+        (("forward", c.Drive(distance=1.0)), True),
+        (("turn", c.Turn(angle=1.0)), True),
+        (("wander", c.Wander(enabled=False)), True),
+        (("wander", c.Wander(enabled=True)), False),
+    ],
+)
+def test_every_word_of_a_person_is_counted(order: tuple[str, Part], is_held: bool) -> None:  # noqa: FBT001 - a parameter of the test
+    bench, _ = toy_bench()
+    heard = bench.listen("status")
+    bench.ask(*order)
+    bench.advance(0.1)
+    assert (heard[-1].orders, heard[-1].is_held) == (1, is_held)
+
+
+def test_the_planner_lets_go_of_a_robot_that_wandered_before() -> None:
+    bench, _ = toy_bench()
+    heard = bench.listen("status")
+    bench.ask("wander", c.Wander(enabled=True))
+    by_program(bench, orders=1)
+    bench.advance(0.2)
+    assert heard[-1].mode == "commanded"
+    by_program(bench, orders=1, then="resume")
+    bench.advance(0.2)
+    assert heard[-1].mode == "wandering"
 
 
 def test_speed_and_acceleration_are_limited_before_the_driver() -> None:

@@ -42,6 +42,10 @@ class Robot(Protocol):
         """Hand the pilot's speeds to the driver; DriverError."""
         ...
 
+    def publish_status(self) -> None:
+        """Say what the robot does and why."""
+        ...
+
     def stands_since(self, begun_ns: int) -> bool:
         """Say whether odometry measured after this time shows that the robot stands."""
         ...
@@ -69,22 +73,38 @@ class RobotCommands:
 
     def _move(self, name: str, motion: Motion) -> c.Done:
         self._require(name)
+        self._take_order(is_held=True)
         self._robot.pilot.move(motion)
         self._drive_or_refuse()
         return c.Done(detail=motion.name)
 
     def _velocity(self, request: c.Velocity) -> c.Done:
         self._require("velocity")
+        self._require_straight(request.twist)
+        self._take_order(is_held=True)
         self._obey(request.twist, by_itself=False)
         self._drive_or_refuse()
         return c.Done()
 
     def _hear_velocity(self, command: VelocityCommand) -> None:
+        """Obey a program, unless a person has said something since that it does not know of."""
+        pilot = self._robot.pilot
+        if command.orders not in (None, pilot.orders):
+            return
         try:
             self._require("velocity")
-            self._obey(command.twist, by_itself=True)
+            self._require_straight(command.twist)
         except RefusedError as error:
             self._robot.node.warn("velocity_command", str(error))
+            return
+        if command.then == "more":
+            self._obey(command.twist, by_itself=True)
+        else:
+            pilot.release(resume=command.then == "resume")
+
+    def _require_straight(self, twist: Twist2) -> None:
+        if twist.vy != 0.0:
+            raise RefusedError("this robot cannot move sideways: vy must be 0")
 
     def _hear_gaze(self, command: GazeCommand) -> None:
         driver = self._robot.driver
@@ -96,8 +116,6 @@ class RobotCommands:
             self._robot.node.warn("gaze_command", str(error))
 
     def _obey(self, twist: Twist2, *, by_itself: bool) -> None:
-        if twist.vy != 0.0:
-            raise RefusedError("this robot cannot move sideways: vy must be 0")
         now = self._robot.node.clock.monotonic()
         self._robot.pilot.obey((twist.vx, twist.omega), now, by_itself=by_itself)
 
@@ -105,6 +123,7 @@ class RobotCommands:
         """Stop, and reply when the odometry says that the robot stands."""
         begun, begun_ns = self._robot.node.clock.monotonic(), self._robot.node.clock.now_ns()
         self._require("stop")
+        self._take_order(is_held=True)
         self._robot.pilot.stop("stopped by command")
         self._drive_or_refuse()
         while not self._robot.stands_since(begun_ns):
@@ -118,6 +137,7 @@ class RobotCommands:
         self._require("wander")
         if request.enabled and self._robot.pilot.wanderer is None:
             raise RefusedError("wandering needs a laser, and this robot has none")
+        self._take_order(is_held=not request.enabled)
         if request.enabled:
             self._robot.pilot.wander()
         elif self._robot.pilot.mode == "wandering":
@@ -135,6 +155,11 @@ class RobotCommands:
         if self._robot.pilot.mode == "commanded":
             self._robot.pilot.stop("carried away")
         return c.Kidnapped(pose=pose)
+
+    def _take_order(self, *, is_held: bool) -> None:
+        """Let programs know at once that a person decides now."""
+        self._robot.pilot.take_order(is_held=is_held)
+        self._robot.publish_status()
 
     def _require(self, name: str) -> None:
         """Refuse a command that this robot does not have."""

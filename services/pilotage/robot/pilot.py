@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pilotage.robot.motion_command import Motion
 from pilotage.core.laser_view import View
+from pilotage.robot.motion_command import Motion
 from pilotage.robot.wander import Wanderer
 from pilotage.robot.watchdog import AT_REST, CommandWatch, Limits, SensorWatch, Speeds
 
@@ -24,7 +24,8 @@ BUMPER_CONE = np.deg2rad(100.0)
 class Pilot:
     """Decides the speeds; `mode` and `reason` say what it does and why.
 
-    `relied_on`: sensors without which the robot does not move by itself.
+    `relied_on`: sensors without which the robot does not move by itself. `orders` counts what
+    people told it; it `is_held` from such an order on until it drives by itself again.
     """
 
     limits: Limits
@@ -34,6 +35,8 @@ class Pilot:
     commands: CommandWatch = field(default_factory=CommandWatch)
     mode: Mode = "stopped"
     reason: str = "waiting for a command"
+    orders: int = 0
+    is_held: bool = False
     _speeds: Speeds = AT_REST
     _wanted: Speeds = AT_REST
     _motion: Motion | None = None
@@ -43,6 +46,7 @@ class Pilot:
     _looked: float = -np.inf
     _contact: float | None = None
     _is_paused: bool = False
+    _wandered_before: bool = False
 
     def hear_odometry(self, pose: ArrayLike, now: float) -> None:
         """Take the newest odometry."""
@@ -58,6 +62,12 @@ class Pilot:
         """Take the bumper's state; an unknown bearing counts as straight ahead."""
         self._contact = (bearing or 0.0) if is_pressed else None
 
+    def take_order(self, *, is_held: bool) -> None:
+        """Note that a person decides what happens now: what a program did before is over."""
+        self.orders += 1
+        self.is_held = is_held
+        self._wandered_before = False
+
     def move(self, motion: Motion) -> None:
         """Carry out a motion from now on."""
         self._motion = motion
@@ -70,9 +80,20 @@ class Pilot:
         `by_itself`: a program sends them, which relies on the sensors; a person sees for himself.
         """
         self.commands.feed(now)
+        if by_itself:
+            self.is_held = False
+            self._wandered_before |= self.mode == "wandering" or self._is_paused
         self._motion, self._wanted = None, speeds
         self._relies_on_sensors = by_itself
         self._become("commanded", "velocity command")
+
+    def release(self, *, resume: bool) -> None:
+        """Drive no longer by velocities of a program; `resume` what was done before them."""
+        if resume and self._wandered_before:
+            self.wander()
+        elif self.mode == "commanded" and self._motion is None and self._relies_on_sensors:
+            self.stop("at the end of its way")
+        self._wandered_before = False
 
     def wander(self) -> None:
         """Wander from now on; needs a wanderer."""

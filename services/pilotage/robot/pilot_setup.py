@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pilotage.core.laser_view import View
 from pilotage.robot.config import RobotSettings
 from pilotage.robot.pilot import Pilot
-from pilotage.core.laser_view import View
 from pilotage.robot.wander import Wanderer, WanderParams
 from pilotage.robot.watchdog import CommandWatch, Limits, SensorWatch
 from pilotage_schemas.sensors import LaserScan, RobotDescription

@@ -58,7 +58,7 @@ class RobotService:
             self.description = self.driver.describe()
         self._mount = laser_mount(self.description)
         self._odometry: Odometry | None = None
-        self._stood: tuple[str, str] | None = None
+        self._stood: tuple[str, str, int] | None = None
         self._out = {t.name: node.publisher(t.name) for t in TOPICS.values() if t.owner == "robot"}
         self.pilot = make_pilot(settings, self.description)
 
@@ -74,7 +74,7 @@ class RobotService:
             self.pilot.wander()
         RobotCommands(self, self._wait).answer()
         self.node.every(PERIOD, self.step)
-        self.node.every(STATUS_PERIOD, self._publish_status)
+        self.node.every(STATUS_PERIOD, self.publish_status)
         self.node.every(STATUS_PERIOD, self._keep_its_place)
         self.step()
 
@@ -83,8 +83,8 @@ class RobotService:
         self.sense()
         if not isinstance(self.driver, Playback):
             self._drive_on()
-        if self._stood != self._mode_and_reason():
-            self._publish_status()
+        if self._stood != (*self._mode_and_reason(), self.pilot.orders):
+            self.publish_status()
 
     def _return_to_its_place(self) -> None:
         """Put a simulated robot where this run's last process left it."""
@@ -167,8 +167,10 @@ class RobotService:
             return mode, self.driver.account
         return self.pilot.mode, self.pilot.reason
 
-    def _publish_status(self) -> None:
-        self._stood = mode, reason = self._mode_and_reason()
+    def publish_status(self) -> None:
+        """Say what the robot does and why."""
+        mode, reason = self._mode_and_reason()
+        self._stood = mode, reason, self.pilot.orders
         playback = self.driver if isinstance(self.driver, Playback) else None
         is_simulated = isinstance(self.driver, Kidnappable)
         self._out["status"].publish(
@@ -181,6 +183,8 @@ class RobotService:
                     "reason": reason[:2000],
                     "speed_factor": playback.speed_factor if playback else 1.0,
                     "progress": playback.progress if playback else None,
+                    "orders": self.pilot.orders,
+                    "is_held": self.pilot.is_held,
                 }
             )
         )
