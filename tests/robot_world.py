@@ -11,6 +11,7 @@ from pilotage.bus.deployment import Deployment
 from pilotage.bus.fake import FakeFabric
 from pilotage.bus.node import Node
 from pilotage.core.grid import OccupancyMap
+from pilotage.core.landmark_map import NO_LANDMARKS, LandmarkMap
 from pilotage.robot.config import RobotSettings
 from pilotage.robot.driver import DriverError, Measurement
 from pilotage.robot.service import RobotService
@@ -54,9 +55,11 @@ def simulation_in(
     params: RobotParams = EXACT,
     people: int = 0,
     seed: int = 1,
+    landmarks: LandmarkMap = NO_LANDMARKS,
 ) -> Simulation:
     """A simulated robot in place."""
-    simulation = Simulation(Walls.of(world), params, people, np.random.default_rng(seed))
+    rng = np.random.default_rng(seed)
+    simulation = Simulation(Walls.of(world), params, people, rng, landmarks)
     simulation.put(np.array(pose))
     return simulation
 

@@ -16,6 +16,9 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+LONGEST_NAME = 64
+"""Characters of a class or an id; messages carry no more."""
+
 
 class LandmarkFileError(ValueError):
     """A file of landmarks cannot be used; the message names file, entry and fault."""
@@ -51,6 +54,9 @@ class LandmarkMap:
         return places
 
 
+NO_LANDMARKS = LandmarkMap(np.empty((0, 2)), (), ())
+
+
 def read_landmarks(file: Path) -> LandmarkMap:
     """Return the landmarks of a YAML file.
 
@@ -70,12 +76,17 @@ def read_landmarks(file: Path) -> LandmarkMap:
         raise LandmarkFileError(f"{file}: {error}") from None
 
 
+def landmarks_of(entries: Sequence[object]) -> LandmarkMap:
+    """Return the landmarks of a list as it stands in a file; ValueError says which is wrong."""
+    return _assembled([_entry(n, entry) for n, entry in enumerate(entries, start=1)])
+
+
 def _landmarks(values: object) -> LandmarkMap:
     match values:
         case {"landmarks": list(entries), **rest}:
             if rest:
                 raise ValueError(f"unknown key '{next(iter(rest))}'")
-            return _assembled([_entry(n, entry) for n, entry in enumerate(entries, start=1)])
+            return landmarks_of(entries)
         case _:
             raise ValueError("there is no list 'landmarks'")
 
@@ -109,7 +120,10 @@ def _word(where: str, key: str, value: object) -> str:
     """Return a name; numbers are names too, as barcodes are."""
     if isinstance(value, bool) or not isinstance(value, str | int) or value == "":
         raise ValueError(f"{where}: {key} must be a name, not {value!r}")
-    return str(value)
+    name = str(value)
+    if len(name) > LONGEST_NAME:
+        raise ValueError(f"{where}: {key} has more than {LONGEST_NAME} characters")
+    return name
 
 
 def _coordinate(where: str, key: str, value: object) -> float:

@@ -4,6 +4,7 @@ map: office_map.yaml          # a map_server map, relative to this file
 start: random                 # or [x, y, theta] in m and rad
 unmapped: [[3, 4, 4, 4.5]]    # furniture that the map lacks: boxes x0, y0, x1, y1 in m
 people: 3
+landmarks: [{class: beacon, x: 1, y: 2}]   # or a file of them; a camera sees them
 robot: {laser: {range_max: 8.0}}
 """
 
@@ -13,12 +14,31 @@ from typing import Annotated, Literal
 
 import numpy as np
 import yaml
-from pydantic import BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    InstanceOf,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+)
 
 from pilotage.bus.deployment import ConfigError, ConfigPath, Settings
+from pilotage.core.grid import GridGeometry
+from pilotage.core.landmark_map import (
+    NO_LANDMARKS,
+    LandmarkMap,
+    landmarks_of,
+    read_landmarks,
+)
 from pilotage.core.map_files import MapFileError, load_map
 from pilotage.robot.simulator.simulation import NoPlaceError, RobotParams, Simulation
 from pilotage.robot.simulator.walls import Walls
+
+
+class StrayError(ValueError):
+    """The world speaks of a landmark that cannot be there; the text says which."""
 
 
 def _start(value: object) -> object:
@@ -33,10 +53,20 @@ def _start(value: object) -> object:
     return value
 
 
+def _landmarks(value: object, info: ValidationInfo) -> LandmarkMap:
+    """Return the landmarks that stand in the world file, or in the file that it names."""
+    if isinstance(value, list):
+        return landmarks_of(value)
+    if not isinstance(value, str):
+        raise ValueError("it must be a list of landmarks or a file with one")  # noqa: TRY004 - for pydantic
+    return read_landmarks(TypeAdapter(ConfigPath).validate_python(value, context=info.context))
+
+
 class WorldFile(Settings):
     """A world; everything but the map has a default.
 
-    `seed` None: another run each time. `people`: how many walk about.
+    `seed` None: another run each time. `people`: how many walk about. `landmarks`: as in
+    `core.landmark_map`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -47,6 +77,7 @@ class WorldFile(Settings):
     )
     unmapped: tuple[tuple[float, float, float, float], ...] = ()
     people: Annotated[int, Field(ge=0, le=100)] = 0
+    landmarks: Annotated[InstanceOf[LandmarkMap], BeforeValidator(_landmarks)] = NO_LANDMARKS
     seed: Annotated[int, Field(ge=0)] | None = None
     robot: RobotParams = RobotParams()
 
@@ -77,10 +108,11 @@ def open_world(path: Path, seed: int | None = None) -> Simulation:
     `seed` overrides that of the file.
     """
     world = read_world(path)
-    chosen = world.seed if seed is None else seed
+    rng = np.random.default_rng(world.seed if seed is None else seed)
     try:
         walls = Walls.of(load_map(world.map), world.unmapped)
-        simulation = Simulation(walls, world.robot, world.people, np.random.default_rng(chosen))
+        _refuse_strays(world, walls.geometry)
+        simulation = Simulation(walls, world.robot, world.people, rng, world.landmarks)
         if world.start == "random":
             simulation.put_anywhere()
         else:
@@ -89,4 +121,22 @@ def open_world(path: Path, seed: int | None = None) -> Simulation:
         raise ConfigError(f"world {path}: map: {error}") from error
     except NoPlaceError as error:
         raise ConfigError(f"world {path}: start: {error}") from error
+    except StrayError as error:
+        raise ConfigError(f"world {path}: {error}") from error
     return simulation
+
+
+def _refuse_strays(world: WorldFile, geometry: GridGeometry) -> None:
+    """Refuse landmarks beyond the map, and figures of classes that no landmark has; StrayError."""
+    landmarks, camera = world.landmarks, world.robot.camera
+    in_cells = geometry.grid_from_map(landmarks.positions) / geometry.resolution
+    is_inside = ((in_cells >= 0.0) & (in_cells < (geometry.cols, geometry.rows))).all(axis=1)
+    if not is_inside.all():
+        stray = int(np.argmin(is_inside))
+        x, y = landmarks.positions[stray]
+        place = f"landmark {stray + 1} ({landmarks.classes[stray]}) at ({x:g}, {y:g})"
+        raise StrayError(f"landmarks: {place} lies outside of the map")
+    named = () if camera is None else sorted(camera.recognition_by_class)
+    unknown = next((name for name in named if name not in landmarks.classes), None)
+    if unknown is not None:
+        raise StrayError(f"robot.camera.recognition_by_class: no landmark is a '{unknown}'")

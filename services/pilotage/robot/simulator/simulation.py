@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
+from pilotage.core.landmark_map import NO_LANDMARKS, LandmarkMap
 from pilotage.core.motion import arc
+from pilotage.robot.simulator.camera import Camera, CameraParams
 from pilotage.robot.simulator.drive import (
     DriveParams,
     SlipParams,
@@ -36,7 +38,10 @@ CONTACT = 0.005
 
 @dataclass(frozen=True)
 class RobotParams:
-    """All parameters of the simulated robot."""
+    """All parameters of the simulated robot.
+
+    `camera` None: it has one if its world has landmarks.
+    """
 
     drive: DriveParams = field(default_factory=DriveParams)
     slip: SlipParams = field(default_factory=SlipParams)
@@ -44,6 +49,7 @@ class RobotParams:
     laser: LaserParams = field(default_factory=LaserParams)
     sonar: SonarParams = field(default_factory=SonarParams)
     compass: CompassParams = field(default_factory=CompassParams)
+    camera: CameraParams | None = None
 
 
 class NoPlaceError(ValueError):
@@ -54,7 +60,12 @@ class Simulation:
     """State of the robot and of the people round it. Poses are (3,) in the map frame."""
 
     def __init__(
-        self, walls: Walls, params: RobotParams, people: int, rng: np.random.Generator
+        self,
+        walls: Walls,
+        params: RobotParams,
+        people: int,
+        rng: np.random.Generator,
+        landmarks: LandmarkMap = NO_LANDMARKS,
     ) -> None:
         self.walls = walls
         self.params = params
@@ -65,6 +76,7 @@ class Simulation:
         self.contact: float | None = None
         self.odometry = WheelOdometry(params.odometry, rng)
         self.people = People(walls, people, rng)
+        self.camera = _camera(params.camera, landmarks)
         self._wanted = (0.0, 0.0)
         self._counted = np.zeros(2)
         self._ticks = 0
@@ -107,6 +119,8 @@ class Simulation:
         self.wheels = slipped(wheels, self.params.slip, TICK_S, self.rng)
         self.twist = ground_twist(self.wheels, self.params.slip)
         self._move()
+        if self.camera is not None:
+            self.camera.turn(TICK_S)
         if self._ticks % TICKS_OF_A_PERSON == 0:
             self.people.walk(self.pose, TICK_S * TICKS_OF_A_PERSON, self.rng)
 
@@ -173,3 +187,10 @@ class Simulation:
         if self.walls.stops_bodies[row, col]:
             return f"{place} lies on unknown ground"
         return f"at {place} the robot would touch a wall"
+
+
+def _camera(params: CameraParams | None, landmarks: LandmarkMap) -> Camera | None:
+    """Return the camera that was asked for, or the usual one where there is something to see."""
+    if params is None and not landmarks.classes:
+        return None
+    return Camera(params or CameraParams(), landmarks)

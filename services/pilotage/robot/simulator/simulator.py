@@ -8,6 +8,8 @@ import numpy as np
 
 from pilotage.core import se2
 from pilotage.robot.driver import DriverError, Measurement
+from pilotage.robot.simulator.camera import Camera
+from pilotage.robot.simulator.description import description_of
 from pilotage.robot.simulator.range_sensors import compass_yaw, scan, sonar_round
 from pilotage.robot.simulator.simulation import TICK_S, NoPlaceError, Simulation
 from pilotage_schemas.geometry import Pose2, Twist2
@@ -15,22 +17,21 @@ from pilotage_schemas.sensors import (
     Bumper,
     GroundTruth,
     Heading,
+    Landmark,
+    LandmarkSightings,
     LaserScan,
     Odometry,
     RobotDescription,
-    SensorMount,
     SonarScan,
 )
 
 TICK_NS = round(TICK_S * 1e9)
-ODOMETRY_EVERY, SENSORS_EVERY = 5, 10
-"""Ticks between two samples: 20 Hz and 10 Hz."""
-SONAR_PHASE, COMPASS_PHASE = 5, 3
-"""Ticks by which sonar and compass follow the laser, so that the work is spread."""
+ODOMETRY_EVERY, SENSORS_EVERY, PICTURE_EVERY = 5, 10, 20
+"""Ticks between two samples: 20 Hz, 10 Hz and 5 Hz."""
+SONAR_PHASE, COMPASS_PHASE, CAMERA_PHASE = 5, 3, 7
+"""Ticks by which sonar, compass and camera follow the laser, so that the work is spread."""
 LARGEST_GAP_NS = 500_000_000
 """After a longer pause (a stopped process) the world goes on as if no time had passed."""
-
-COMMANDS = ("forward", "backward", "turn", "velocity", "stop", "wander", "kidnap")
 
 
 class Simulator:
@@ -57,30 +58,7 @@ class Simulator:
 
     def describe(self) -> RobotDescription:
         """Return body, sensors and limits."""
-        params = self._simulation.params
-        corners = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-        radius = params.drive.radius
-        footprint = radius * np.stack([np.cos(corners), np.sin(corners)], axis=1)
-        return RobotDescription(
-            stamp_ns=0,
-            frame_id="base_link",
-            name="Simulated robot",
-            driver="simulator",
-            footprint=footprint.astype(np.float32),
-            mounts=(
-                SensorMount(
-                    frame_id="laser",
-                    kind="laser",
-                    pose=Pose2(x=params.laser.mount_x, y=0.0, theta=0.0),
-                ),
-                SensorMount(frame_id="base_link", kind="sonar", pose=_pose(np.zeros(3))),
-                SensorMount(frame_id="base_link", kind="compass", pose=_pose(np.zeros(3))),
-                SensorMount(frame_id="base_link", kind="bumper", pose=_pose(np.zeros(3))),
-            ),
-            max_linear=params.drive.max_linear,
-            max_angular=params.drive.max_angular,
-            commands=COMMANDS,
-        )
+        return description_of(self._simulation)
 
     def sense(self, now_ns: int) -> Iterator[Measurement]:
         """Move the world on to `now_ns` and return what the sensors measured on the way."""
@@ -115,6 +93,12 @@ class Simulator:
             raise DriverError(str(error)) from error
         return _pose(self._simulation.pose)
 
+    def look(self, pan: float) -> None:
+        """Turn the camera towards `pan` rad from now on, as far as its joint goes."""
+        if self._simulation.camera is None:
+            raise DriverError("this robot has no camera")
+        self._simulation.camera.look(pan)
+
     def _measure(self, stamp_ns: int) -> Iterator[Measurement]:
         if self._ticks % ODOMETRY_EVERY == 0:
             yield Measurement("odometry", self._odometry(stamp_ns))
@@ -125,6 +109,9 @@ class Simulator:
             yield Measurement("sonar", self._sonar(stamp_ns))
         if self._ticks % SENSORS_EVERY == COMPASS_PHASE:
             yield Measurement("heading", self._heading(stamp_ns))
+        camera = self._simulation.camera
+        if camera is not None and self._ticks % PICTURE_EVERY == CAMERA_PHASE:
+            yield Measurement("landmarks", self._landmarks(camera, stamp_ns))
         if (self._simulation.contact is not None) != self._was_pressed:
             yield Measurement("bumper", self._bumper(stamp_ns))
 
@@ -183,6 +170,24 @@ class Simulator:
         params = simulation.params.compass
         yaw = compass_yaw(float(simulation.pose[2]), params, simulation.rng)
         return Heading(stamp_ns=stamp_ns, frame_id="map", yaw=yaw, sigma=params.sigma)
+
+    def _landmarks(self, camera: Camera, stamp_ns: int) -> LandmarkSightings:
+        simulation, params, known = self._simulation, camera.params, camera.landmarks
+        seen = camera.picture(simulation.surroundings, simulation.pose, simulation.rng)
+        sightings = [
+            Landmark(
+                kind=known.classes[which],
+                range=float(distance),
+                bearing=float(bearing),
+                range_sigma=params.range_share * float(distance),
+                bearing_sigma=params.bearing_sigma,
+                identity=known.identities[which] if params.reads_identities else None,
+            )
+            for which, distance, bearing in zip(
+                seen.landmarks, seen.ranges, seen.bearings, strict=True
+            )
+        ]
+        return LandmarkSightings(stamp_ns=stamp_ns, frame_id="camera", sightings=tuple(sightings))
 
     def _bumper(self, stamp_ns: int) -> Bumper:
         bearing = self._simulation.contact

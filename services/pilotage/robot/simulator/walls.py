@@ -77,6 +77,13 @@ class Walls:
         direction = float(np.arctan2(dy[i], dx[i])) + self.geometry.origin[2]
         return float(np.hypot(dx[i], dy[i])) * self.geometry.resolution, direction
 
+    def is_wall_at(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Say which points (n, 2) of the map frame lie in cells that stop beams."""
+        cells = self.geometry.cells_of(points)
+        is_inside = self.geometry.contains(cells)
+        rows, cols = np.where(is_inside[:, None], cells, 0).T
+        return is_inside & self.stops_beams[rows, cols]
+
     def overlaps(self, x: float, y: float, radius: float) -> bool:
         """Say whether a disc at a point of the map frame would stand in a wall."""
         row, col = self.geometry.cells_of([[x, y]])[0]
