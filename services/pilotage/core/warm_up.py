@@ -21,6 +21,7 @@ WARM_UPS = [
     "pilotage.mapper.sonar_arcs:warm_up",
     "pilotage.mapper.arc_median:warm_up",
     "pilotage.mapper.temporal_filter:warm_up",
+    "pilotage.planner.path_kernels:warm_up",
 ]
 """`module:function`, by name because core lies below the services and may not import them."""
 
