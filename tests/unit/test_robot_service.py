@@ -121,6 +121,7 @@ def test_what_a_planner_sent_before_it_knew_of_a_stop_does_not_undo_it() -> None
     bench.advance(0.2)
     assert robot.twist.vx > 0.0
     bench.ask("stop", c.Nothing())
+    bench.asker.step()
     assert (heard[-1].orders, heard[-1].is_held) == (1, True), "said before the stop is answered"
     by_program(bench, orders=0)
     bench.advance(0.2)
