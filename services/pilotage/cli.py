@@ -164,6 +164,29 @@ def experiment(
 
 
 @app.command()
+def trial(  # noqa: PLR0913, PLR0917 - the options that design section 4 fixes
+    world: Annotated[Path, typer.Option("--map", help="Map: map_server YAML or Wean Hall.")],
+    policy: Annotated[str, typer.Option(help="How to go about: random or fixed.")],
+    out: Annotated[Path, typer.Option(help="Folder for report.json and the tracks.")],
+    runs: Annotated[int, typer.Option(min=1, help="From so many starts.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Of starts and noise.")] = 0,
+    sight: Annotated[
+        float | None,
+        typer.Option(
+            min=0.5,
+            max=100.0,
+            help="How far the laser sees in m; else the farthest with ambiguous starts.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Drive a simulated robot on a map, from ambiguous starts, until it is localized."""
+    from pilotage import trial_command as command  # noqa: PLC0415 - see above
+
+    command.trial(command.TrialOptions(world, policy, runs, seed, out, sight))
+
+
+@app.command()
 def bench(
     out: Annotated[Path, typer.Option(help="File for the list of figures, JSON.")],
 ) -> None:
