@@ -22,6 +22,7 @@ from pilotage.robot.simulator.walls import Walls
 from pilotage.robot.simulator.wheel_odometry import WheelOdometryParams
 from pilotage_schemas.geometry import Pose2, Twist2
 from pilotage_schemas.message import Message, Part
+from pilotage_schemas.planning import GazeCommand
 from pilotage_schemas.sensors import Bumper, LaserScan, Odometry, RobotDescription, SensorMount
 
 EXACT = RobotParams(
@@ -55,6 +56,7 @@ def simulation_in(
     params: RobotParams = EXACT,
     people: int = 0,
     seed: int = 1,
+    *,
     landmarks: LandmarkMap = NO_LANDMARKS,
 ) -> Simulation:
     """A simulated robot in place."""
@@ -146,6 +148,21 @@ class ToyRobot:
         )
 
 
+class LookingToy(ToyRobot):
+    """A toy that can point a camera, unless that is `stuck`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.commands = (*DRIVING, "look")
+        self.pans: list[float] = []
+        self.stuck: str | None = None
+
+    def look(self, pan: float) -> None:
+        if self.stuck:
+            raise DriverError(self.stuck)
+        self.pans.append(pan)
+
+
 def open_scan(stamp_ns: int, distance: float = np.inf) -> LaserScan:
     """A scan over 270 degrees that sees the same distance all round."""
     return LaserScan(
@@ -204,6 +221,11 @@ class Bench:
 
     def publish_velocity(self, message: Message) -> None:
         self.planner.publisher("velocity_command").publish(message)
+
+    def point(self, pan: float) -> None:
+        command = GazeCommand(stamp_ns=self.clock.now_ns(), frame_id="base_link", pan=pan)
+        self.planner.publisher("gaze_command").publish(command)
+        self.step()
 
     def step(self) -> None:
         self.node.step()

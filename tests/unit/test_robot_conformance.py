@@ -9,14 +9,20 @@ import numpy as np
 import pytest
 
 from pilotage.bus.clock import HandClock
+from pilotage.core.landmark_map import landmarks_of
 from pilotage.core.logs import Log, OdometryRecord
 from pilotage.robot.conformance import check_driver
 from pilotage.robot.driver import Measurement, RobotDriver
 from pilotage.robot.replay import Replay
 from pilotage.robot.simulator.simulator import Simulator
-from pilotage_schemas.geometry import Twist2
+from pilotage_schemas.geometry import Pose2, Twist2
 from pilotage_schemas.message import Message
-from pilotage_schemas.sensors import RobotDescription
+from pilotage_schemas.sensors import (
+    Landmark,
+    LandmarkSightings,
+    RobotDescription,
+    SensorMount,
+)
 from robot_world import ToyRobot, open_scan, simulation_in
 from sample_messages import odometry
 
@@ -52,6 +58,11 @@ def test_nothing_is_said_of_a_good_driver() -> None:
 
 def test_the_simulator_is_a_good_driver() -> None:
     assert findings(Simulator(simulation_in())) == []
+
+
+def test_the_simulator_with_a_camera_is_a_good_driver() -> None:
+    landmarks = landmarks_of([{"class": "post", "x": 4.0, "y": 1.75}])
+    assert findings(Simulator(simulation_in(landmarks=landmarks))) == []
 
 
 def test_a_log_is_not_driven() -> None:
@@ -197,6 +208,74 @@ class Empty(SeeingToy):
         yield Measurement("odometry", None)  # type: ignore[arg-type]  # nothing is no message
 
 
+class Watchful(SeeingToy):
+    """A toy with a camera that sees a post five times a second and turns at once."""
+
+    mounted = "camera"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.commands = (*self.commands, "look")
+        self.pans: list[float] = []
+        self.next_ns = 0
+
+    def describe(self) -> RobotDescription:
+        plain = super().describe()
+        origin = Pose2(x=0.1, y=0.0, theta=0.0)
+        camera = SensorMount(frame_id=self.mounted, kind="camera", pose=origin)
+        return plain.model_copy(update={"mounts": (*plain.mounts, camera)})
+
+    def sense(self, now_ns: int) -> Iterable[Measurement]:
+        yield from super().sense(now_ns)
+        if now_ns >= self.next_ns:
+            self.next_ns = now_ns + 200_000_000
+            yield self.spoil(Measurement("landmarks", post_ahead(now_ns)))
+
+    def look(self, pan: float) -> None:
+        self.pans.append(pan)
+
+
+def post_ahead(stamp_ns: int, distance: float = 2.0) -> LandmarkSightings:
+    post = Landmark(kind="post", range=distance, bearing=0.0, range_sigma=0.2, bearing_sigma=0.1)
+    return LandmarkSightings(stamp_ns=stamp_ns, frame_id="camera", sightings=(post,))
+
+
+class Elsewhere(Watchful):
+    mounted = "eye"
+
+
+class Millimetres(Watchful):
+    def spoil(self, measurement: Measurement) -> Measurement:
+        if measurement.topic != "landmarks":
+            return measurement
+        return Measurement("landmarks", post_ahead(measurement.message.stamp_ns, 2000.0))
+
+
+class StiffNecked(SeeingToy):
+    """It promises to look, but cannot."""
+
+    def describe(self) -> RobotDescription:
+        plain = super().describe()
+        return plain.model_copy(update={"commands": (*plain.commands, "look")})
+
+
+class Eyeless(Watchful):
+    def describe(self) -> RobotDescription:
+        mounts = tuple(m for m in super().describe().mounts if m.kind != "camera")
+        return super().describe().model_copy(update={"mounts": mounts})
+
+
+class Dazed(Watchful):
+    def look(self, pan: float) -> None:
+        self.pans.append(pan)
+        self.next_ns = 2**62
+
+
+class WryNecked(Watchful):
+    def look(self, pan: float) -> None:
+        raise OSError(f"the joint is stuck at {pan}")
+
+
 class Wedged(SeeingToy):
     def drive(self, twist: Twist2) -> None:
         super().drive(twist)
@@ -238,6 +317,12 @@ class Loose(SeeingToy):
         (Empty, "odometry: carries Odometry, not NoneType"),
         (Wedged, "drive: raised TimeoutError: no reply"),
         (Loose, "stop: raised AttributeError: no brake"),
+        (Elsewhere, "landmarks: frame 'camera' has no mount in the description"),
+        (Millimetres, "landmarks: one 2000 m away; is it in metres?"),
+        (StiffNecked, "look: among the commands, but the driver has no method look(pan)"),
+        (Eyeless, "look: among the commands, but the description has no mount of a camera"),
+        (Dazed, "look: no picture came after it"),
+        (WryNecked, "look: raised OSError: the joint is stuck at 0.3"),
     ],
 )
 def test_what_is_wrong_is_found_and_said_once(kind: type[SeeingToy], finding: str) -> None:
@@ -262,6 +347,26 @@ def test_a_driver_that_takes_long_to_look_is_found() -> None:
 
     said = list(check_driver(Sleepy(), clock, clock.advance))
     assert "sense: took 50 ms; it must return at once" in said
+
+
+def test_a_camera_is_pointed_to_either_side_and_ahead_again() -> None:
+    robot = Watchful()
+    assert findings(robot) == []
+    assert robot.pans == [0.3, -0.3, 0.0]
+
+
+def test_a_camera_that_waits_until_it_has_turned_is_found() -> None:
+    clock = HandClock()
+
+    class Patient(Watchful):
+        def look(self, pan: float) -> None:
+            super().look(pan)
+            clock.advance(0.5)
+
+    said = list(check_driver(Patient(), clock, clock.advance))
+    assert [line for line in said if "look" in line] == [
+        "look: took 500 ms; it must return at once"
+    ]
 
 
 def test_a_driver_that_does_not_open_is_said_so() -> None:

@@ -1,6 +1,7 @@
 """The simulator as a driver, and behind the robot service."""
 
 from collections import Counter
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -8,15 +9,25 @@ import numpy as np
 import pytest
 
 from pilotage.bus.fabric import RefusedError
+from pilotage.core.landmark_map import NO_LANDMARKS, LandmarkMap, landmarks_of
 from pilotage.robot.config import RobotSettings
-from pilotage.robot.driver import DriverError, Kidnappable, Measurement, Playback
+from pilotage.robot.driver import DriverError, Gazeable, Kidnappable, Measurement, Playback
+from pilotage.robot.simulator.camera import CameraParams
 from pilotage.robot.simulator.simulator import Simulator
 from pilotage_schemas import commands as c
 from pilotage_schemas.codec import decode, encode
 from pilotage_schemas.geometry import Pose2, Twist2
-from pilotage_schemas.sensors import Bumper, GroundTruth, LaserScan, Odometry
+from pilotage_schemas.sensors import Bumper, GroundTruth, LandmarkSightings, LaserScan, Odometry
 from pilotage_schemas.topics import TOPICS
-from robot_world import Bench, simulation_in
+from robot_world import EXACT, Bench, simulation_in
+
+POSTS = landmarks_of(
+    [
+        {"class": "post", "x": 4.0, "y": 1.75, "id": "ahead"},
+        {"class": "line", "x": 1.5, "y": 2.75},
+    ]
+)
+"""One 2.5 m ahead of where the robot starts, one a metre to its left."""
 
 START_NS = 1_000_000_000_000
 STEP_NS = 20_000_000
@@ -25,8 +36,8 @@ STEP_NS = 20_000_000
 class Run:
     """A simulator that is looked at every 20 ms."""
 
-    def __init__(self, seed: int = 1) -> None:
-        self.driver = Simulator(simulation_in(seed=seed))
+    def __init__(self, seed: int = 1, landmarks: LandmarkMap = NO_LANDMARKS) -> None:
+        self.driver = Simulator(simulation_in(seed=seed, landmarks=landmarks))
         self.now_ns = START_NS
         self.driver.sense(self.now_ns)
 
@@ -59,6 +70,63 @@ def test_rates_are_those_of_the_registry() -> None:
         assert rate is None or count == 5.0 * rate
 
 
+def test_a_camera_takes_a_picture_five_times_a_second_whether_it_shows_anything_or_not() -> None:
+    counts = Counter(measurement.topic for measurement in Run(landmarks=POSTS).sense(5.0))
+    assert counts["landmarks"] == 25
+    assert TOPICS["landmarks"].rate_hz == 5
+
+
+def pictures(measured: list[Measurement]) -> list[LandmarkSightings]:
+    return [m.message for m in measured if isinstance(m.message, LandmarkSightings)]
+
+
+def test_sightings_say_class_identity_place_and_how_exactly() -> None:
+    shown = [one for p in pictures(Run(landmarks=POSTS).sense(20.0)) for one in p.sightings]
+    assert len(shown) > 80
+    assert {(one.kind, one.identity) for one in shown} == {("post", "ahead")}
+    assert np.mean([one.range for one in shown]) == pytest.approx(2.45, abs=0.15)
+    assert np.mean([one.bearing for one in shown]) == pytest.approx(0.0, abs=0.1)
+    assert all(one.range_sigma == pytest.approx(0.1 * one.range) for one in shown)
+    assert np.rad2deg(shown[0].bearing_sigma) == pytest.approx(10.0)
+
+
+def test_a_camera_that_looks_aside_tells_bearings_that_its_constant_mount_explains() -> None:
+    run = Run(landmarks=POSTS)
+    run.driver.look(np.pi / 2.0)
+    run.sense(2.0)
+    taken = pictures(run.sense(20.0))
+    shown = [one for picture in taken for one in picture.sightings]
+    assert {(one.kind, one.identity) for one in shown} == {("line", None)}
+    assert np.mean([one.bearing for one in shown]) == pytest.approx(np.pi / 2.0, abs=0.1)
+    (mount,) = (m for m in run.driver.describe().mounts if m.kind == "camera")
+    assert {picture.frame_id for picture in taken} == {mount.frame_id}
+    assert (mount.pose.x, mount.pose.theta) == (0.05, 0.0)
+
+
+def test_a_camera_that_cannot_read_tells_no_identity() -> None:
+    simulation = simulation_in(
+        landmarks=POSTS, params=replace(EXACT, camera=CameraParams(reads_identities=False))
+    )
+    run = Run()
+    run.driver = Simulator(simulation)
+    shown = [one for picture in pictures(run.sense(5.0)) for one in picture.sightings]
+    assert {(one.kind, one.identity) for one in shown} == {("post", None)}
+
+
+def test_without_landmarks_there_is_no_camera_to_look_with() -> None:
+    driver = Run().driver
+    assert "look" not in driver.describe().commands
+    assert all(mount.kind != "camera" for mount in driver.describe().mounts)
+    with pytest.raises(DriverError, match="this robot has no camera"):
+        driver.look(0.1)
+
+
+def test_a_robot_with_a_camera_can_look() -> None:
+    driver = Run(landmarks=POSTS).driver
+    assert isinstance(driver, Gazeable)
+    assert "look" in driver.describe().commands
+
+
 def test_stamps_increase_and_lie_in_the_past() -> None:
     run = Run()
     measured = run.sense(2.0)
@@ -80,7 +148,7 @@ def test_how_often_it_is_looked_at_does_not_matter() -> None:
 
 
 def test_every_message_survives_the_wire() -> None:
-    for measurement in Run().sense(0.5):
+    for measurement in Run(landmarks=POSTS).sense(0.5):
         message = measurement.message
         assert encode(decode(type(message), encode(message))) == encode(message)
 

@@ -7,6 +7,7 @@ import pytest
 
 from pilotage.bus.deployment import ConfigError
 from pilotage.core.map_files import save_map
+from pilotage.robot.simulator.camera import RecognitionParams
 from pilotage.robot.simulator.config import open_world, read_world
 from robot_world import ROOM
 
@@ -48,6 +49,40 @@ def test_unmapped_furniture_and_people_are_there(tmp_path: Path) -> None:
     assert len(simulation.people.discs) == 2
 
 
+def test_landmarks_stand_in_the_world_file_or_in_one_of_their_own(tmp_path: Path) -> None:
+    (tmp_path / "posts.yaml").write_text("landmarks: [{class: post, x: 3, y: 1.5}]", "utf-8")
+    inline = open_world(world(tmp_path, "landmarks: [{class: post, x: 3, y: 1.5, id: red}]"))
+    apart = open_world(world(tmp_path, "landmarks: posts.yaml"))
+    for simulation in (inline, apart):
+        assert simulation.camera is not None
+        assert simulation.camera.landmarks.classes == ("post",)
+        assert simulation.camera.landmarks.positions == pytest.approx(np.array([[3.0, 1.5]]))
+    assert inline.camera is not None
+    assert inline.camera.landmarks.identities == ("red",)
+
+
+def test_a_world_without_landmarks_has_a_camera_only_if_it_asks_for_one(tmp_path: Path) -> None:
+    assert open_world(world(tmp_path, "")).camera is None
+    assert open_world(world(tmp_path, "landmarks: []")).camera is None
+    assert open_world(world(tmp_path, "robot: {camera: {}}")).camera is not None
+
+
+def test_figures_of_the_camera_are_set_one_by_one(tmp_path: Path) -> None:
+    text = """
+landmarks: [{class: post, x: 3, y: 1.5}, {class: line, x: 2, y: 1.5}]
+robot:
+  camera:
+    field_of_view: 1.2
+    recognition: {half_distance: 5.0}
+    recognition_by_class: {line: {half_distance: 1.2, width: 0.15}}
+"""
+    camera = open_world(world(tmp_path, text)).camera
+    assert camera is not None
+    assert (camera.params.field_of_view, camera.params.range_share) == (1.2, 0.1)
+    assert camera.params.recognition_of("post") == RecognitionParams(5.0, 0.6)
+    assert camera.params.recognition_of("line") == RecognitionParams(1.2, 0.15)
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
@@ -65,6 +100,25 @@ def test_unmapped_furniture_and_people_are_there(tmp_path: Path) -> None:
         ("robot: {laser: {sigma: .nan}}", "sigma"),
         ("robot: {drive: {radius: 3.0}}", "no free place"),
         ("seed: -1", "seed"),
+        ("landmarks: 3", "landmarks: .*must be a list of landmarks or a file with one"),
+        ("landmarks: {class: a}", "landmarks: .*must be a list of landmarks or a file with one"),
+        ("landmarks: gone.yaml", r"landmarks: .*gone\.yaml: No such file"),
+        ("landmarks: room.yaml", r"landmarks: .*room\.yaml: there is no list 'landmarks'"),
+        ("landmarks: [{class: a, x: 1}]", "landmarks: .*landmark 1: the key 'y' is missing"),
+        ("landmarks: [{class: a, x: 1, y: .nan}]", "landmark 1: y must be a finite number"),
+        (f"landmarks: [{{class: {'a' * 65}, x: 1, y: 1}}]", "more than 64 characters"),
+        (
+            "landmarks: [{class: a, x: 1, y: 1}, {class: b, x: 90, y: 1}]",
+            r"landmarks: landmark 2 \(b\) at \(90, 1\) lies outside of the map",
+        ),
+        ("landmarks: [{class: a, x: 1.0e+300, y: 1}]", "lies outside of the map"),
+        ("robot: {camera: {field_of_view: 60}}", "field_of_view must be a full turn at most"),
+        ("robot: {camera: {recognition: {width: 0}}}", "width must be more than 0"),
+        (
+            "robot: {camera: {recognition_by_class: {becon: {}}}}",
+            "robot.camera.recognition_by_class: no landmark is a 'becon'",
+        ),
+        ("robot: {camera: {zoom: 2}}", "robot.camera.*zoom"),
         ("{", "not valid YAML"),
     ],
 )

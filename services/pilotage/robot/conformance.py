@@ -1,6 +1,7 @@
 """Does a driver keep what the protocol promises? One line per finding; nothing said is well.
 
-The robot is driven forward slowly for two seconds: it must stand on free ground.
+The robot is driven forward slowly for two seconds: it must stand on free ground. A camera that can
+be pointed is pointed to either side.
 """
 
 import math
@@ -12,11 +13,18 @@ from itertools import islice, pairwise
 import numpy as np
 
 from pilotage.bus.clock import Clock
-from pilotage.robot.driver import DriverError, Measurement, Playback, RobotDriver, in_words
+from pilotage.robot.driver import (
+    DriverError,
+    Gazeable,
+    Measurement,
+    Playback,
+    RobotDriver,
+    in_words,
+)
 from pilotage_schemas.codec import encode
 from pilotage_schemas.geometry import Twist2
 from pilotage_schemas.message import Message
-from pilotage_schemas.sensors import LaserScan, Odometry, RobotDescription
+from pilotage_schemas.sensors import LandmarkSightings, LaserScan, Odometry, RobotDescription
 from pilotage_schemas.topics import TOPICS
 
 LOOK_PERIOD = 0.02
@@ -28,8 +36,12 @@ CLOCK_TOLERANCE_S = 1.0
 STANDING_WITHIN = 0.6
 """s after `stop` within which a robot must stand (design, section 6)."""
 TRIAL_SPEED = 0.1
+TRIAL_PAN = 0.3
+"""rad."""
 STILL = 0.02
 """m/s and rad/s."""
+FARTHEST_LANDMARK = 200.0
+"""m: a camera recognises nothing beyond; more was meant in other units."""
 MOST_AT_ONCE = 10_000
 """Measurements of one look; more come only from a generator that never ends."""
 LARGEST_ROBOT = 5.0
@@ -63,9 +75,13 @@ def _of_open(opened: ExitStack, driver: RobotDriver, clock: Clock, wait: Wait) -
         opened.enter_context(driver)
     description = _described(driver)
     yield from _of_description(description, _described(driver))
-    yield from _of_trial(_watched(driver, clock, wait), description)
+    trial = _watched(driver, clock, wait)
+    yield from _of_trial(trial, description)
     if not isinstance(driver, Playback):
         yield from _of_driving(driver, description.max_linear, clock, wait)
+    if "look" in description.commands:
+        yield from _of_camera(driver, description)
+        yield from _of_looking(driver, trial, clock, wait)
 
 
 def _of_closing(opened: ExitStack) -> Iterator[str]:
@@ -161,7 +177,9 @@ def _of_trial(trial: Trial, description: RobotDescription) -> Iterator[str]:
         yield from _of_stamps(name, messages)
         yield from _of_rate(name, len(messages))
     yield from _of_odometry(trial, description.max_linear)
-    yield from _of_scans(trial, {mount.frame_id for mount in description.mounts})
+    frames = {mount.frame_id for mount in description.mounts}
+    yield from _of_scans(trial, frames)
+    yield from _of_sightings(trial, frames)
 
 
 def _of_stamps(name: str, messages: list[Message]) -> Iterator[str]:
@@ -194,6 +212,38 @@ def _of_scans(trial: Trial, frames: set[str]) -> Iterator[str]:
         yield "scan: not one beam came back"
     if any(bool((s.ranges[np.isfinite(s.ranges)] > s.range_max).any()) for s in scans):
         yield "scan: ranges beyond range_max; no return is infinity"
+
+
+def _of_sightings(trial: Trial, frames: set[str]) -> Iterator[str]:
+    pictures = [m for m in trial.heard.get("landmarks", []) if isinstance(m, LandmarkSightings)]
+    strange = {picture.frame_id for picture in pictures} - frames - {"base_link"}
+    for frame in sorted(strange):
+        yield f"landmarks: frame '{frame}' has no mount in the description"
+    ranges = [seen.range for picture in pictures for seen in picture.sightings]
+    if max(ranges, default=0.0) > FARTHEST_LANDMARK:
+        yield f"landmarks: one {max(ranges):.0f} m away; is it in metres?"
+
+
+def _of_camera(driver: RobotDriver, description: RobotDescription) -> Iterator[str]:
+    if all(mount.kind != "camera" for mount in description.mounts):
+        yield "look: among the commands, but the description has no mount of a camera"
+    if not isinstance(driver, Gazeable):
+        yield "look: among the commands, but the driver has no method look(pan)"
+
+
+def _of_looking(driver: RobotDriver, trial: Trial, clock: Clock, wait: Wait) -> Iterator[str]:
+    """Look to either side and ahead again; pictures must go on coming."""
+    if not isinstance(driver, Gazeable):
+        return
+    for pan in (TRIAL_PAN, -TRIAL_PAN, 0.0):
+        begun = clock.monotonic()
+        with _foreign("look"):
+            driver.look(pan)
+        if (took := clock.monotonic() - begun) > LONGEST_CALL:
+            yield f"look: took {1e3 * took:.0f} ms; it must return at once"
+            break
+    if "landmarks" in trial.heard and "landmarks" not in _watched(driver, clock, wait).heard:
+        yield "look: no picture came after it"
 
 
 def _of_driving(driver: RobotDriver, max_linear: float, clock: Clock, wait: Wait) -> Iterator[str]:

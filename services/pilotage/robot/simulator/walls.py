@@ -82,7 +82,8 @@ class Walls:
         cells = self.geometry.cells_of(points)
         is_inside = self.geometry.contains(cells)
         rows, cols = np.where(is_inside[:, None], cells, 0).T
-        return is_inside & self.stops_beams[rows, cols]
+        is_wall: NDArray[np.bool_] = is_inside & self.stops_beams[rows, cols]
+        return is_wall
 
     def overlaps(self, x: float, y: float, radius: float) -> bool:
         """Say whether a disc at a point of the map frame would stand in a wall."""
