@@ -1,0 +1,184 @@
+"""Active localization on any map: where to look from next (Liu et al. 2008, eq. 4 to 10); pure.
+
+The paper moves every sample by the displacement to a target (eq. 7), weighs them by what one full
+turn there is expected to show (eq. 8), and takes the target of the largest value
+U = gain - alpha * travel (eq. 6). So does this, with two differences that a building asks for:
+travel is the length of a way that is free under every likely place, not a straight line, and
+what is expected is a scan of the map's walls, not landmarks.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.angles import wrap
+from pilotage.core.grid import OccupancyMap
+from pilotage.core.laser_view import View
+from pilotage.planner.candidates import Candidates, Kind, Reach, candidates
+from pilotage.planner.common_ground import Clearance, GroundParams, common_ground
+from pilotage.planner.expected_scans import ExpectedScans, Scans, SightParams
+from pilotage.planner.hypotheses import NEAR, likely, merged
+from pilotage.planner.information import drawn, entropy, expected_gain
+from pilotage.planner.map_potential import MapPotential, map_potential
+from pilotage.planner.path_search import shortened, travel_field, way_to
+from pilotage.planner.situation import Hypotheses
+
+TRIED = 100.0
+"""Taken off the value of what was tried: it is chosen only if there is nothing else."""
+POINTINGS = 8
+"""Directions that the robot could look in on arrival."""
+
+
+@dataclass(frozen=True)
+class ActiveParams:
+    """How the next look is chosen.
+
+    `alpha`: bits that a metre of way must bring (eq. 6) [bit/m]; `candidates`: how many are
+    weighed; `observations`: how many places say what would be seen; `negligible`: gain that is
+    not worth a move, `worth_a_turn`: not worth turning for on arrival [bit].
+    """
+
+    alpha: float = 0.2
+    candidates: int = 60
+    observations: int = 32
+    negligible: float = 0.02
+    worth_a_turn: float = 0.1
+    sight: SightParams = field(default_factory=SightParams)
+    ground: GroundParams = field(default_factory=GroundParams)
+
+
+@dataclass(frozen=True)
+class Look:
+    """A place to look from: `point` (2,) in base_link [m], `gain` [bit], `travel` [m]."""
+
+    point: NDArray[np.float64]
+    gain: float
+    travel: float
+    kind: Kind
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Looks by falling value; the first is chosen, and `path` (n, 2) in base_link leads to it.
+
+    `heading` [rad] in base_link to turn to there; None: as it arrives. `places`: what the belief
+    was taken to be, heaviest first; `told_apart`: which two of them the look would tell apart
+    best; `uncertainty` [bit] before it.
+    """
+
+    looks: tuple[Look, ...]
+    path: NDArray[np.float64]
+    heading: float | None
+    places: Hypotheses
+    told_apart: tuple[int, int]
+    uncertainty: float
+
+
+class ActiveLocalization:
+    """Decides on one map."""
+
+    def __init__(self, world: OccupancyMap, params: ActiveParams) -> None:
+        self.params = params
+        self._scans = ExpectedScans(world, params.sight)
+        self._clearance = Clearance(world)
+        self.potential: MapPotential = map_potential(world, self._scans, params.ground.radius)
+        self._maxima = self.potential.maxima()
+
+    def decide(
+        self,
+        belief: Hypotheses,
+        view: View,
+        rng: np.random.Generator,
+        tried: NDArray[np.float64],
+    ) -> Decision:
+        """Return where to look from next.
+
+        Args:
+            belief: where the robot could be.
+            view: what the laser sees.
+            rng: draws the random candidates.
+            tried: (k, 2) places in base_link from which the robot has looked already.
+        """
+        places = merged(belief)
+        reach = self._reach(likely(places), view)
+        targets = candidates(reach, self._maxima, places, self.params.candidates, rng)
+        gains = self.gains(places, targets.points)
+        values = self._values(gains, targets, tried)
+        order = np.argsort(-values, kind="stable")
+        looks = tuple(
+            Look(targets.points[i], float(gains[i]), float(targets.travel[i]), targets.kinds[i])
+            for i in order
+        )
+        path = _path(reach, looks[0].point)
+        return Decision(
+            looks,
+            path,
+            self._heading(places, path, view),
+            places,
+            self._told_apart(places, looks[0].point),
+            entropy(places.weights),
+        )
+
+    def gains(self, belief: Hypotheses, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the gains (n,) [bit] expected of a full turn at displacements (n, 2)."""
+        return np.array([self._gain(belief, self._seen_at(belief, point)) for point in points])
+
+    def _seen_at(self, belief: Hypotheses, point: NDArray[np.float64]) -> Scans:
+        return self._scans.at(belief.moved([point[0], point[1], 0.0]).poses)
+
+    def _gain(self, belief: Hypotheses, scans: Scans) -> float:
+        truths = drawn(belief.weights, self.params.observations)
+        return expected_gain(self._scans.log_likelihoods(scans, truths), belief.weights)
+
+    def _heading(self, places: Hypotheses, path: NDArray[np.float64], view: View) -> float | None:
+        """Return where to look at the end of a path: the pointing of the largest gain (eq. 10)."""
+        along = path[-1] - path[-2] if path[-1].any() else np.array([1.0, 0.0])
+        arriving = float(np.arctan2(along[1], along[0]))
+        pointings = wrap(arriving + np.arange(POINTINGS) * 2.0 * np.pi / POINTINGS)
+        scans = self._seen_at(places, path[-1])
+        beams = np.arange(len(scans)) * 2.0 * np.pi / len(scans)
+        half = 0.5 * float(view.bearings[-1] - view.bearings[0])
+        windows = np.abs(wrap(beams[None, :] - pointings[:, None])) <= half
+        gains = np.array([self._gain(places, scans[window]) for window in windows])
+        best = int(np.argmax(gains))
+        return None if gains[best] < gains[0] + self.params.worth_a_turn else float(pointings[best])
+
+    def _reach(self, places: Hypotheses, view: View) -> Reach:
+        geometry, passable = common_ground(self._clearance, places, view, self.params.ground)
+        middle = geometry.rows // 2, geometry.cols // 2
+        metres = travel_field(
+            passable, np.ones(passable.shape, np.float32), geometry.resolution, middle
+        )
+        return Reach(geometry, passable, metres)
+
+    def _values(
+        self, gains: NDArray[np.float64], targets: Candidates, tried: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return U (eq. 6) of each target; what was tried has told what it can."""
+        values = gains - self.params.alpha * targets.travel
+        if gains.max() < self.params.negligible:
+            # Nothing within reach tells the places apart, so the farthest shows most that is new.
+            values = targets.travel.copy()
+        for point in tried:
+            values[np.hypot(*(targets.points - point).T) < NEAR] -= TRIED
+        return values
+
+    def _told_apart(self, places: Hypotheses, point: NDArray[np.float64]) -> tuple[int, int]:
+        """Return the two of the heaviest places whose scans there differ most for their weight."""
+        few = Hypotheses(places.poses[:5], places.weights[:5])
+        scans = self._scans.at(few.moved([point[0], point[1], 0.0]).poses)
+        differences = -self._scans.log_likelihoods(scans, np.arange(len(few.weights)))
+        worth = differences * np.outer(few.weights, few.weights)
+        one, other = np.unravel_index(int(np.argmax(worth)), worth.shape)
+        return int(min(one, other)), int(max(one, other))
+
+
+def _path(reach: Reach, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the way (n, 2), n >= 2, from here to a point that can be reached."""
+    cell = reach.geometry.cells_of(point[None])[0]
+    cost = np.ones(reach.passable.shape, np.float32)
+    way = shortened(way_to(reach.metres, reach.passable, cell), reach.passable, cost)
+    points = reach.geometry.centres_of(way)
+    points[0] = 0.0
+    return points if len(points) > 1 else np.zeros((2, 2))
