@@ -16,8 +16,8 @@ from rich.progress import Progress
 from pilotage.bus.deployment import ConfigError
 from pilotage.core.map_files import load_map
 from pilotage.experiments.report import DPI
+from pilotage.experiments.trial_entrants import POLICIES
 from pilotage.experiments.trial_plots import track_figure
-from pilotage.experiments.trial_policies import POLICIES
 from pilotage.experiments.trial_report import report_of
 from pilotage.experiments.trial_run import TrialRun, conduct_trial
 from pilotage.experiments.trial_starts import SIGHTS, Starts, find_starts

@@ -1,6 +1,5 @@
 """Ways of going about that a trial compares: at random, along walls; pure."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,8 +8,7 @@ from numpy.typing import NDArray
 from pilotage.core import se2
 from pilotage.core.angles import difference
 from pilotage.experiments.trial_steering import Body, along, polar, towards
-from pilotage.experiments.trial_world import TrialWorld
-from pilotage.planner.situation import Policy, Situation, Speeds
+from pilotage.planner.situation import Situation, Speeds
 
 ARRIVED = 0.15
 """m to an aim at which it counts as reached."""
@@ -23,6 +21,9 @@ NEAR_WALL = 1.0
 
 AHEAD = 0.7
 """Length [m] of the strip that has to be free along a wall."""
+
+LEFTMOST = np.deg2rad(110.0)
+"""Bearing [rad] up to which lasers usually see: what lies beyond only seems to be free."""
 
 ROUND_TRIP = 3.0
 """Way [m] after which being back where it began means that it goes round and round."""
@@ -45,11 +46,13 @@ class RandomPolicy:
             self._pick(situation)
         if self._aim is None:
             return 0.0, self.body.turn_rate
-        return towards(situation.view, polar(self._aim, here), self.body)
+        view = situation.view
+        return towards(view, polar(self._aim, here), self.body.fitting(view, SHORTEST))
 
     def _pick(self, situation: Situation) -> None:
         view = situation.view
-        lengths = np.minimum(self.body.way(view, view.bearings), LONGEST)
+        body = self.body.fitting(view, SHORTEST)
+        lengths = np.minimum(body.way(view, view.bearings), LONGEST)
         free = np.nonzero(lengths > SHORTEST)[0]
         if len(free) == 0:
             self._aim = None
@@ -98,14 +101,13 @@ class FixedPolicy:
         is_along = bool((np.hypot(x, y)[is_right] < NEAR_WALL).any())
         if is_along and self._began is None:
             self._began, self._way = here, 0.0
-        rightmost = -np.pi / 2.0 if is_along or self._began is not None else 0.0
-        if not is_along:
-            rightmost = 0.0
-        angles = np.arange(rightmost, np.pi, np.deg2rad(3.0))
-        free = np.nonzero(view.reach(angles, self.body.half_width) > AHEAD)[0]
+        body = self.body.fitting(view, AHEAD - self.body.half_width)
+        rightmost = -np.pi / 2.0 if is_along else 0.0
+        angles = np.arange(rightmost, LEFTMOST, np.deg2rad(3.0))
+        free = np.nonzero(view.reach(angles, body.half_width) > AHEAD)[0]
         if len(free) == 0:
-            return 0.0, self.body.turn_rate
-        return along(view, float(angles[free[0]]), self.body)
+            return 0.0, body.turn_rate
+        return along(view, float(angles[free[0]]), body)
 
     def _is_round(self, here: NDArray[np.float64]) -> bool:
         if self._began is None or self._way < ROUND_TRIP:
@@ -120,12 +122,3 @@ class FixedPolicy:
         if abs(bearing) < 0.2 and float(self.body.way(view, 0.0)[0]) < AHEAD:
             self._leaving = None
         return along(view, bearing, self.body)
-
-
-MakePolicy = Callable[[np.random.Generator], Policy]
-
-POLICIES: dict[str, Callable[[TrialWorld], MakePolicy]] = {
-    "random": lambda world: lambda rng: RandomPolicy(rng, Body(world.robot.drive.radius)),
-    "fixed": lambda world: lambda _rng: FixedPolicy(Body(world.robot.drive.radius, 0.14, 0.45)),
-}
-"""By name: from a building (once) to what makes a policy anew for each run."""

@@ -1,6 +1,6 @@
 """Towards an aim in sight without touching anything on the way; pure."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,9 @@ from pilotage.planner.situation import Speeds
 
 TURN_FIRST = 0.5
 """Turn [rad] beyond which the robot turns on the spot."""
+
+TIGHT = 0.02
+"""Gap [m] with which the robot leaves a nook that it cannot leave otherwise."""
 
 LOOK_AHEAD = 0.9
 """Length [m] of the strip that has to be free in the direction of travel."""
@@ -35,6 +38,14 @@ class Body:
     def half_width(self) -> float:
         """Half width [m] of a strip that the robot may drive along."""
         return self.radius + self.gap
+
+    def fitting(self, view: View, shortest: float) -> "Body":
+        """Return the body with less of a gap, if it needs that to find any way of this length."""
+        tighter = [replace(self, gap=gap) for gap in (self.gap, 0.5 * self.gap, TIGHT)]
+        for body in tighter:
+            if (body.way(view, view.bearings) > shortest).any():
+                return body
+        return tighter[-1]
 
     def way(self, view: View, bearings: ArrayLike) -> NDArray[np.float64]:
         """Return how far (n,) [m] the robot may go straight on along `bearings` (n,)."""
@@ -62,7 +73,8 @@ def along(view: View, bearing: float, body: Body) -> Speeds:
     angular = float(np.clip(2.5 * bearing, -body.turn_rate, body.turn_rate))
     if abs(bearing) > TURN_FIRST:
         return 0.0, angular
-    free = float(view.reach(0.0, body.radius + 0.04)[0]) - body.radius - 0.08
+    strip = body.radius + min(0.04, 0.5 * body.gap)
+    free = float(view.reach(0.0, strip)[0]) - body.radius - 0.08
     # It stops from v within v^2 / 2a, were it to brake no harder than at a = 0.4 m/s^2.
     allowed = np.sqrt(max(0.0, 0.8 * free))
     slow = 0.15 + max(0.0, view.gap - body.radius)
