@@ -58,7 +58,7 @@ def find_path(
 def _goal_cell(ground: Ground, goal: ArrayLike, radius: float) -> Cell:
     """Return the cell of the goal; NoPathError if a body of this radius cannot stand there."""
     place = _in_words(goal)
-    cells = ground.geometry.cells_of([goal])
+    cells = ground.geometry.cells_of(np.atleast_2d(goal))
     if not ground.geometry.contains(cells)[0]:
         raise NoPathError(f"the goal {place} lies off the map")
     row, col = (int(index) for index in cells[0])
@@ -71,7 +71,7 @@ def _goal_cell(ground: Ground, goal: ArrayLike, radius: float) -> Cell:
     if ground.clearance[row, col] < np.float32(ground.needed(radius)):
         raise NoPathError(
             f"the goal {place} is too close to a wall for this robot: "
-            f"{ground.gaps_at([goal])[0]:.2f} m, it needs "
+            f"{ground.gaps_at(np.atleast_2d(goal))[0]:.2f} m, it needs "
             f"{ground.needed(radius) - 0.5 * ground.geometry.resolution:.2f} m"
         )
     return row, col
@@ -79,7 +79,7 @@ def _goal_cell(ground: Ground, goal: ArrayLike, radius: float) -> Cell:
 
 def _start_cell(ground: Ground, start: ArrayLike) -> Cell:
     """Return the cell the robot is in, or the free one beside it if the map has a wall there."""
-    cells = ground.geometry.cells_of([start])
+    cells = ground.geometry.cells_of(np.atleast_2d(start))
     if not ground.geometry.contains(cells)[0]:
         raise NoPathError(f"the robot is off the map, at {_in_words(start)}")
     row, col = (int(index) for index in cells[0])

@@ -164,10 +164,10 @@ def line_cost(factors: Field, start: Cells, end: Cells) -> float:
         if factors[row, col] <= 0.0:
             return math.inf
         until = min(next_row, next_col, length)
-        cost += (until - travelled) * factors[row, col]
+        cost += (until - travelled) * float(factors[row, col])
         travelled = until
         if travelled >= length - 1e-9:
-            return cost
+            return float(cost)
         is_corner = abs(next_row - next_col) < 1e-9
         if is_corner and (factors[row + up, col] <= 0.0 or factors[row, col + right] <= 0.0):
             return math.inf
