@@ -3,12 +3,15 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pilotage.bus.deployment import read_deployment
+from pilotage.core.landmark_map import read_landmarks
 from pilotage.launcher.effective import Overrides, effective
 from pilotage.launcher.process_table import PROCESSES
 from pilotage.launcher.run_folder import write_deployment
+from pilotage.robot.simulator.config import open_world
 
 CONFIG = Path(__file__).resolve().parents[2] / "deploy" / "config"
 SHIPPED = sorted(path.name for path in CONFIG.glob("*.yaml"))
@@ -17,13 +20,25 @@ RECORDED = {"wean.yaml"}
 
 
 def test_the_promised_deployments_are_there() -> None:
-    assert {"demo.yaml", "hall.yaml", "mapping.yaml", "office.yaml", "wean.yaml"} <= set(SHIPPED)
+    promised = {"demo", "hall", "mapping", "office", "robocup", "wean"}
+    assert {f"{name}.yaml" for name in promised} <= set(SHIPPED)
 
 
 @pytest.mark.parametrize("name", [name for name in SHIPPED if name not in RECORDED])
 def test_a_simulation_needs_nothing_but_the_checkout(name: str) -> None:
     made = effective(read_deployment(CONFIG / name), Overrides(), PROCESSES)
     assert {"gateway", "mapper", "robot", "localizer"} <= set(made.services)
+
+
+def test_the_football_robot_localizes_by_the_landmarks_that_its_camera_sees() -> None:
+    made = effective(read_deployment(CONFIG / "robocup.yaml"), Overrides(), PROCESSES)
+    robot, localizer = made.services["robot"] or {}, made.services["localizer"] or {}
+    assert localizer["sensors"] == ["landmark"]
+    known = read_landmarks(Path(str(localizer["landmarks"])))
+    camera = open_world(Path(str(robot["world"]))).camera
+    assert camera is not None
+    assert np.array_equal(camera.landmarks.positions, known.positions)
+    assert camera.landmarks.identities == known.identities
 
 
 @pytest.mark.parametrize("name", sorted(RECORDED))

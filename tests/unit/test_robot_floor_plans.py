@@ -82,6 +82,25 @@ def test_some_offices_are_exact_twins(office: OccupancyMap) -> None:
     assert np.array_equal(one, other)
 
 
+@pytest.mark.parametrize(
+    ("places", "facing"),
+    [
+        ([(x, 3.0) for x in (2.0, 6.0, 10.0, 14.0, 38.0, 42.0, 46.0, 54.0, 58.0)], -np.pi / 2.0),
+        ([(4.0, y) for y in (15.0, 19.0, 23.0)], np.pi),
+        ([(13.0, y) for y in (16.0, 20.0, 24.0)], 0.0),
+    ],
+)
+def test_a_laser_sees_the_same_in_the_twins_that_the_worlds_file_names(
+    office: OccupancyMap, places: list[tuple[float, float]], facing: float
+) -> None:
+    walls, bearings = Walls.of(office), np.deg2rad(np.linspace(-135.0, 135.0, 271))
+    scans = [walls.ranges((x, y, facing), bearings, 12.0) for x, y in places]
+    assert len(scans) >= 3
+    for scan in scans[1:]:
+        assert scan == pytest.approx(scans[0], abs=1e-6)
+    assert all(walls.nearest(x, y, 2.0)[0] > 0.3 for x, y in places)
+
+
 def test_the_floor_as_a_whole_is_not_symmetric(office: OccupancyMap) -> None:
     walls = office.is_wall
     for mirrored in (walls[::-1], walls[:, ::-1], walls[::-1, ::-1]):

@@ -146,7 +146,7 @@ def test_a_missing_world_and_a_missing_map_are_named(tmp_path: Path) -> None:
         open_world(lost)
 
 
-@pytest.mark.parametrize("name", ["office", "hall", "busy_office"])
+@pytest.mark.parametrize("name", ["office", "hall", "busy_office", "robocup"])
 def test_the_worlds_that_come_with_pilotage_open(repository: Path, name: str) -> None:
     simulation = open_world(repository / "deploy" / "worlds" / f"{name}.yaml", seed=1)
     assert not simulation.walls.overlaps(simulation.pose[0], simulation.pose[1], 0.165)

@@ -1,4 +1,4 @@
-"""Writes the floors of `floor_plans` as map_server maps: `python -m ...draw_worlds FOLDER`."""
+"""Writes the worlds drawn in code as map_server maps: `python -m ...draw_worlds FOLDER`."""
 
 import argparse
 from pathlib import Path
@@ -9,6 +9,7 @@ from PIL import Image
 
 from pilotage.core.grid import FREE, OCCUPIED, OccupancyMap
 from pilotage.robot.simulator.floor_plans import office_floor, square_hall
+from pilotage.robot.simulator.football_field import Entry, football_field, football_landmarks
 
 FREE_SHADE, OCCUPIED_SHADE, UNKNOWN_SHADE = 254, 0, 205
 
@@ -35,13 +36,22 @@ def write_map(world: OccupancyMap, image: Path) -> None:
     image.with_suffix(".yaml").write_text(text, encoding="utf-8")
 
 
+def write_landmarks(entries: list[Entry], file: Path) -> None:
+    """Write landmarks one a line, as `core.landmark_map` reads them."""
+    lines = (yaml.safe_dump(e, sort_keys=False, default_flow_style=True, width=99) for e in entries)
+    text = "".join(f"  - {line}" for line in lines)
+    file.write_text(f"landmarks:\n{text}", encoding="utf-8")
+
+
 def main() -> None:
-    """Draw both floors into the folder named on the command line."""
+    """Draw the floors and the field into the folder named on the command line."""
     parser = argparse.ArgumentParser(description="draw the maps that come with Pilotage")
     parser.add_argument("folder", type=Path, help="where the maps go, e.g. deploy/worlds")
     folder: Path = parser.parse_args().folder
     write_map(square_hall(), folder / "hall_map.pgm")
     write_map(office_floor(), folder / "office_map.png")
+    write_map(football_field(), folder / "robocup_map.pgm")
+    write_landmarks(football_landmarks(), folder / "robocup_landmarks.yaml")
 
 
 if __name__ == "__main__":
