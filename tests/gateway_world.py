@@ -21,6 +21,7 @@ from pilotage_schemas.health import Process
 from pilotage_schemas.localization import Belief, Mode, PoseEstimate
 from pilotage_schemas.mapping import OccupancyGrid
 from pilotage_schemas.message import Message, Part
+from pilotage_schemas.planning import PlanningStatus
 from pilotage_schemas.sensors import LaserScan, Odometry, RobotDescription, RobotStatus
 
 with warnings.catch_warnings():
@@ -197,3 +198,9 @@ def process(name: str, state: str, **changes: object) -> Process:
 
 def deployment(stamp_ns: int, *processes: Process) -> DeploymentMessage:
     return DeploymentMessage(stamp_ns=stamp_ns, frame_id="", processes=processes)
+
+
+def planning_status(stamp_ns: int, **fields: object) -> PlanningStatus:
+    """What the planner says, idle unless told otherwise."""
+    usual = {"mode": "idle", "always_localizes": False, "reason": "nothing to do"}
+    return PlanningStatus.model_validate({"stamp_ns": stamp_ns, "frame_id": "map"} | usual | fields)

@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from gateway_world import deployment, grid, pose_estimate, process
+from gateway_world import deployment, grid, planning_status, pose_estimate, process
 from pilotage.gateway.event_log import KEPT, EventLog
 from pilotage.gateway.event_stream import EventFollower, encoded, parsed_id
 from pilotage.gateway.watch import Watch
@@ -72,6 +72,19 @@ def test_a_new_map_is_told_with_its_size() -> None:
     assert story.see(grid("....\n....")) == ["info Map drawn in use, 2 m x 1 m"]
     assert story.see(grid("....\n....")) == []
     assert len(story.see(grid("..", map_id="other"))) == 1
+
+
+def test_what_the_planner_begins_and_ends_is_told_once() -> None:
+    story = Story()
+    assert story.see(planning_status(1)) == []
+    going = {"mode": "going", "reason": "going to (3.00, 2.00)"}
+    assert story.see(planning_status(2, **going), planning_status(3, **going)) == [
+        "info Planner: going to (3.00, 2.00)"
+    ]
+    waiting = planning_status(4, mode="waiting", reason="no scan for 1 s")
+    assert story.see(waiting) == ["warning Planner: no scan for 1 s"]
+    failed = planning_status(5, outcome="failed", reason="the goal cannot be reached")
+    assert story.see(failed) == ["warning Planner: the goal cannot be reached"]
 
 
 def test_processes_that_start_well_are_no_news() -> None:

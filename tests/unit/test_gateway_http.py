@@ -17,6 +17,7 @@ from gateway_world import (
     description,
     grid,
     odometry,
+    planning_status,
     pose_estimate,
     process,
     scan,
@@ -24,7 +25,10 @@ from gateway_world import (
 )
 from pilotage.gateway.routes import page
 from pilotage.gateway.routes.robots import HEALTH_SCHEMA, SUMMARY_SCHEMA, TRAJECTORY_SCHEMA
+from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.health import Health
+from pilotage_schemas.planning import ActivePlan, Candidate, PotentialField
+from pilotage_schemas.planning import Path as PathMessage
 from pilotage_schemas.topics import TOPICS
 
 
@@ -126,6 +130,10 @@ def test_there_is_no_other_robot(world: GatewayWorld, path: str) -> None:
         ("map.png", "mapper"),
         ("deployment", "launcher"),
         ("sensors/scan", "robot"),
+        ("planning", "planner"),
+        ("plan", "planner"),
+        ("path", "planner"),
+        ("potential", "planner"),
     ],
 )
 def test_what_has_not_come_is_not_found_and_whose_it_is(
@@ -152,6 +160,43 @@ def test_the_belief_lists_the_places(world: GatewayWorld) -> None:
     answer = world.client.get(f"{ROBOT}/belief").json()
     assert answer["modes"][0]["mass"] == 0.8
     assert answer["samples"] == [[1.0, 2.0, 0.5, 0.8], [4.0, 2.0, 0.5, 0.2]]
+
+
+def test_what_the_planner_is_about_comes_with_its_reason(world: GatewayWorld) -> None:
+    pose = {"x": 3.0, "y": 2.0, "theta": 0.0}
+    going = planning_status(world.now_ns, mode="going", reason="going", goal=Pose2(**pose))
+    world.publish("planner", "planning_status", going)
+    answer = world.client.get(f"{ROBOT}/planning").json()
+    assert (answer["mode"], answer["goal"], answer["distance_left"]) == ("going", pose, None)
+
+
+def test_the_next_look_comes_with_what_speaks_for_it(world: GatewayWorld) -> None:
+    here = Pose2(x=1.0, y=2.0, theta=0.0)
+    look = Candidate(pose=here, expected_gain=1.3, travel=4.0, kind="potential")
+    plan = ActivePlan(
+        stamp_ns=world.now_ns, frame_id="map", candidates=(look,), reason="Would tell 1 from 2"
+    )
+    world.publish("planner", "plan", plan)
+    answer = world.client.get(f"{ROBOT}/plan").json()
+    assert answer["candidates"][0]["expected_gain"] == 1.3
+    assert answer["reason"] == "Would tell 1 from 2"
+
+
+def test_the_way_and_the_potential_are_nested_lists(world: GatewayWorld) -> None:
+    stamp = {"stamp_ns": world.now_ns, "frame_id": "map"}
+    path = PathMessage.model_validate(stamp | {"poses": np.zeros((2, 3), np.float32)})
+    world.publish("planner", "path", path)
+    assert world.client.get(f"{ROBOT}/path").json()["poses"] == [[0.0, 0.0, 0.0]] * 2
+    here = Pose2(x=0.0, y=0.0, theta=0.0)
+    field = PotentialField(
+        stamp_ns=world.now_ns,
+        frame_id="map",
+        resolution=0.5,
+        origin=here,
+        potential=np.ones((1, 2), np.float32),
+    )
+    world.publish("planner", "potential", field)
+    assert world.client.get(f"{ROBOT}/potential").json()["potential"] == [[1.0, 1.0]]
 
 
 def test_a_scan_without_return_has_null(world: GatewayWorld) -> None:
@@ -194,6 +239,17 @@ def test_health_has_every_service_and_the_latency(world: GatewayWorld) -> None:
     jsonschema_rs.validator_for(HEALTH_SCHEMA).validate(answer)
     assert answer["services"]["robot"]["service"] == "robot"
     assert answer["latency"]["odometry"]["p50_ms"] == pytest.approx(4.0)
+
+
+def test_the_metrics_say_whether_the_planner_drives_and_how_long_it_thinks(
+    world: GatewayWorld,
+) -> None:
+    assert "planner_drives" not in world.client.get("/metrics").text
+    status = planning_status(world.now_ns, mode="localizing", decision_ms=120.0)
+    world.publish("planner", "planning_status", status)
+    text = world.client.get("/metrics").text
+    assert "pilotage_planner_drives 1" in text
+    assert "pilotage_planner_decision_seconds 0.12" in text
 
 
 def test_a_map_has_facts_and_files(world: GatewayWorld) -> None:

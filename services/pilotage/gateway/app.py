@@ -5,7 +5,16 @@ from pilotage.gateway.access import Access
 from pilotage.gateway.guard import Guard
 from pilotage.gateway.openapi import DescribedApi
 from pilotage.gateway.problems import add_problem_handlers
-from pilotage.gateway.routes import commands, library, maps, page, robots, sensors, streams
+from pilotage.gateway.routes import (
+    commands,
+    library,
+    maps,
+    page,
+    planning,
+    robots,
+    sensors,
+    streams,
+)
 from pilotage.gateway.service import GatewayService
 
 DESCRIPTION = """Where the robot is, how sure it is of that, and what it can be told to do.
@@ -32,7 +41,7 @@ def create_app(service: GatewayService, access: Access) -> Guard:
     )
     app.state.service = service
     add_problem_handlers(app)
-    for module in (page, robots, maps, library, sensors, commands, streams):
+    for module in (page, robots, planning, maps, library, sensors, commands, streams):
         app.include_router(module.router)
     app.mount("/static", page.PageFiles(directory=page.WEB, check_dir=False))
     return Guard(app, access)

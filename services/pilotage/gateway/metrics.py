@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from pilotage.gateway.service import GatewayService
 from pilotage_schemas.health import Deployment, Health
+from pilotage_schemas.planning import PlanningStatus
 
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 
@@ -23,6 +24,7 @@ def _lines(service: GatewayService) -> Iterator[str]:
     yield from _of_services(service)
     yield from _of_topics(service)
     yield from _of_processes(service)
+    yield from _of_planning(service)
     yield from _of_latency(service)
 
 
@@ -66,6 +68,18 @@ def _of_processes(service: GatewayService) -> Iterator[str]:
         ("process_restarts_total", "counter", "restarts by the launcher", lambda p: p.restarts),
     ):
         yield _metric(name, kind, text, [({"service": p.name}, float(value(p))) for p in processes])
+
+
+def _of_planning(service: GatewayService) -> Iterator[str]:
+    received = service.state.newest("planning_status")
+    if received is None or not isinstance(received.message, PlanningStatus):
+        return
+    status = received.message
+    is_driving = status.mode in ("going", "localizing")
+    yield _metric("planner_drives", "gauge", "the planner drives", [({}, float(is_driving))])
+    if status.decision_ms is not None:
+        seconds = status.decision_ms / 1e3
+        yield _metric("planner_decision_seconds", "gauge", "of the last one", [({}, seconds)])
 
 
 def _of_latency(service: GatewayService) -> Iterator[str]:

@@ -5,6 +5,7 @@ from pilotage_schemas.health import Deployment, Process
 from pilotage_schemas.localization import PoseEstimate
 from pilotage_schemas.mapping import MappingStatus, OccupancyGrid
 from pilotage_schemas.message import Message
+from pilotage_schemas.planning import PlanningStatus
 
 STATE_WORDS = {
     "unknown": "Searching: it could be anywhere",
@@ -26,6 +27,7 @@ class Watch:
         self._pose_state: str | None = None
         self._map_id: str | None = None
         self._mapping = MappingStatus(stamp_ns=0, frame_id="map", mode="idle")
+        self._planning: tuple[str, str] | None = None
         self._processes: dict[str, Process] = {}
 
     def see(self, message: Message, now_ns: int) -> None:
@@ -37,6 +39,8 @@ class Watch:
                 self._see_map(message, now_ns)
             case MappingStatus():
                 self._see_mapping(message, now_ns)
+            case PlanningStatus():
+                self._see_planning(message, now_ns)
             case Deployment():
                 for process in message.processes:
                     self._see_process(process, now_ns)
@@ -68,6 +72,15 @@ class Watch:
         elif status.mode == "idle" and before.mode != "idle":
             text = f"The map is finished, of {status.steps} measurements"
             self._events.append(now_ns, "map", "info", text)
+
+    def _see_planning(self, status: PlanningStatus, now_ns: int) -> None:
+        """Tell what the planner begins, waits for and ends; how often it says so is no news."""
+        before, self._planning = self._planning, (status.mode, status.outcome)
+        if before == self._planning or (before is None and self._planning == ("idle", "none")):
+            return
+        is_trouble = status.mode == "waiting" or status.outcome in ("failed", "interrupted")
+        severity: Severity = "warning" if is_trouble else "info"
+        self._events.append(now_ns, "command", severity, f"Planner: {status.reason}")
 
     def _see_process(self, process: Process, now_ns: int) -> None:
         before = self._processes.get(process.name)
