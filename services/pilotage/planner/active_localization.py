@@ -4,7 +4,7 @@ The paper moves every sample by the displacement to a target (eq. 7), weighs the
 turn there is expected to show (eq. 8), and takes the target of the largest value
 U = gain - alpha * travel (eq. 6). So does this, with two differences that a building asks for:
 travel is the length of a way that is free under every likely place, not a straight line, and
-what is expected is a scan of the map's walls, not landmarks.
+what is expected is a scan of the map's walls where nobody has put up landmarks.
 """
 
 from dataclasses import dataclass, field
@@ -17,11 +17,11 @@ from pilotage.core.grid import OccupancyMap
 from pilotage.core.laser_view import View
 from pilotage.planner.candidates import Candidates, Kind, Reach, candidates
 from pilotage.planner.common_ground import Clearance, GroundParams, common_ground
-from pilotage.planner.expected_scans import ExpectedScans, Scans, SightParams
+from pilotage.planner.expected_scans import SightParams
 from pilotage.planner.hypotheses import NEAR, likely, merged
 from pilotage.planner.information import drawn, entropy, expected_gain
-from pilotage.planner.map_potential import MapPotential, map_potential
 from pilotage.planner.path_search import shortened, travel_field, way_to
+from pilotage.planner.sight import FULL_TURN, Potential, ScanSight, Sight, Window
 from pilotage.planner.situation import Hypotheses
 
 TRIED = 100.0
@@ -78,12 +78,18 @@ class Decision:
 class ActiveLocalization:
     """Decides on one map."""
 
-    def __init__(self, world: OccupancyMap, params: ActiveParams) -> None:
+    def __init__(
+        self, world: OccupancyMap, params: ActiveParams, sight: Sight | None = None
+    ) -> None:
         self.params = params
-        self._scans = ExpectedScans(world, params.sight)
+        self._sight = sight or ScanSight(world, params.sight, params.ground.radius)
         self._clearance = Clearance(world)
-        self.potential: MapPotential = map_potential(world, self._scans, params.ground.radius)
         self._maxima = self.potential.maxima()
+
+    @property
+    def potential(self) -> Potential:
+        """Where on the map it is worth looking from."""
+        return self._sight.potential
 
     def decide(
         self,
@@ -122,25 +128,22 @@ class ActiveLocalization:
 
     def gains(self, belief: Hypotheses, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the gains (n,) [bit] expected of a full turn at displacements (n, 2)."""
-        return np.array([self._gain(belief, self._seen_at(belief, point)) for point in points])
+        return np.array([self._gain(belief, point, FULL_TURN) for point in points])
 
-    def _seen_at(self, belief: Hypotheses, point: NDArray[np.float64]) -> Scans:
-        return self._scans.at(belief.moved([point[0], point[1], 0.0]).poses)
-
-    def _gain(self, belief: Hypotheses, scans: Scans) -> float:
+    def _gain(self, belief: Hypotheses, point: NDArray[np.float64], window: Window) -> float:
+        """Return H(l_t) - H(l_t+1) [bit] of a look through a window after a displacement (2,)."""
+        there = belief.moved([point[0], point[1], 0.0])
         truths = drawn(belief.weights, self.params.observations)
-        return expected_gain(self._scans.log_likelihoods(scans, truths), belief.weights)
+        fits = self._sight.log_likelihoods(there.poses, truths, window)
+        return expected_gain(fits, belief.weights)
 
     def _heading(self, places: Hypotheses, path: NDArray[np.float64], view: View) -> float | None:
         """Return where to look at the end of a path: the pointing of the largest gain (eq. 10)."""
         along = path[-1] - path[-2] if path[-1].any() else np.array([1.0, 0.0])
         arriving = float(np.arctan2(along[1], along[0]))
         pointings = wrap(arriving + np.arange(POINTINGS) * 2.0 * np.pi / POINTINGS)
-        scans = self._seen_at(places, path[-1])
-        beams = np.arange(len(scans)) * 2.0 * np.pi / len(scans)
-        half = 0.5 * float(view.bearings[-1] - view.bearings[0])
-        windows = np.abs(wrap(beams[None, :] - pointings[:, None])) <= half
-        gains = np.array([self._gain(places, scans[window]) for window in windows])
+        half = self._sight.half_view(view)
+        gains = [self._gain(places, path[-1], (float(middle), half)) for middle in pointings]
         best = int(np.argmax(gains))
         return None if gains[best] < gains[0] + self.params.worth_a_turn else float(pointings[best])
 
@@ -165,13 +168,24 @@ class ActiveLocalization:
         return values
 
     def _told_apart(self, places: Hypotheses, point: NDArray[np.float64]) -> tuple[int, int]:
-        """Return the two of the heaviest places whose scans there differ most for their weight."""
+        """Return the two of the heaviest places that a look tells apart best, for their weight."""
         few = Hypotheses(places.poses[:5], places.weights[:5])
-        scans = self._scans.at(few.moved([point[0], point[1], 0.0]).poses)
-        differences = -self._scans.log_likelihoods(scans, np.arange(len(few.weights)))
+        there = few.moved([point[0], point[1], 0.0])
+        everyone = np.arange(len(few.weights))
+        differences = -self._sight.log_likelihoods(there.poses, everyone, FULL_TURN)
         worth = differences * np.outer(few.weights, few.weights)
         one, other = np.unravel_index(int(np.argmax(worth)), worth.shape)
         return int(min(one, other)), int(max(one, other))
+
+
+def _windows(view: View, pointings: NDArray[np.float64], beams: int) -> NDArray[np.bool_]:
+    """Say for each pointing (n,) which of the beams all around the laser covers then (n, beams)."""
+    step = 2.0 * np.pi / beams
+    ahead = wrap(np.arange(beams) * step - pointings[:, None])
+    # Beam by beam: a laser may look all around, or backwards, where bearings wrap.
+    apart = np.abs(wrap(ahead[:, :, None] - view.bearings))
+    covered: NDArray[np.bool_] = apart.min(axis=2, initial=np.inf) <= 0.5 * step
+    return covered
 
 
 def _path(reach: Reach, point: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pilotage.core.angles import wrap
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.jit import kernel, reduction
 from pilotage.core.range_table import expected_ranges
 from pilotage.planner.information import LogLikelihoods
 
 Scans = NDArray[np.float32]
-"""Expected ranges (beams, n) [m], all around, the first straight ahead."""
+"""Expected ranges (beams, n) [m]; all around, or those within a window."""
 
 HEADINGS = 72
 LEVELS = 255
@@ -54,13 +55,19 @@ class ExpectedScans:
         ranges = expected_ranges(world, self.geometry, HEADINGS, params.range_max)
         self._levels = np.rint(ranges * (LEVELS / params.range_max)).astype(np.uint8)
 
-    def at(self, poses: NDArray[np.float64]) -> Scans:
-        """Return the scans (beams, n) expected from poses (n, 3) of the map frame [m]."""
+    def at(self, poses: NDArray[np.float64], window: tuple[float, float] = (0.0, np.pi)) -> Scans:
+        """Return the scans (beams, n) expected from poses (n, 3) of the map frame [m].
+
+        `window`: its middle, off the heading, and half of its width [rad].
+        """
+        turn = 2.0 * np.pi
         in_grid = self.geometry.grid_from_map(poses[:, :2]) / self.geometry.resolution
-        headings = (poses[:, 2]) / (2.0 * np.pi / HEADINGS)
-        states = np.column_stack([in_grid, headings])
+        states = np.column_stack([in_grid, poses[:, 2] * (HEADINGS / turn)])
+        beams: NDArray[np.float64] = np.linspace(0.0, turn, self.params.beams, endpoint=False)
+        seen = beams[np.abs(wrap(beams - window[0])) <= window[1] + 1e-9]
+        offsets = seen * (HEADINGS / turn)
         step = self.params.range_max / LEVELS
-        return _looked_up(self._levels, states, self.params.beams, step)
+        return _looked_up(self._levels, states, offsets, step)
 
     def log_likelihoods(self, scans: Scans, truths: NDArray[np.int64]) -> LogLikelihoods:
         """Return (m, n): how well the scan expected at place truths[i] fits each of n places."""
@@ -71,16 +78,22 @@ class ExpectedScans:
 
 @kernel
 def _looked_up(
-    levels: NDArray[np.uint8], states: NDArray[np.float64], beams: int, step: float
+    levels: NDArray[np.uint8],
+    states: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+    step: float,
 ) -> Scans:
-    """Return ranges (beams, n) at states (n, 3): x, y in cells, heading in bins."""
+    """Return ranges (beams, n) at states (n, 3): x, y in cells, heading in bins.
+
+    `offsets` (beams,): of each beam off the heading, in bins.
+    """
     headings, rows, cols = levels.shape
-    ranges = np.zeros((beams, len(states)), np.float32)
+    ranges = np.zeros((len(offsets), len(states)), np.float32)
     for j in range(len(states)):
         col, row = int(np.floor(states[j, 0])), int(np.floor(states[j, 1]))
         if 0 <= row < rows and 0 <= col < cols:
-            for b in range(beams):
-                heading = round(states[j, 2] + b * headings / beams) % headings
+            for b in range(len(offsets)):
+                heading = round(states[j, 2] + offsets[b]) % headings
                 ranges[b, j] = levels[heading, row, col] * step
     return ranges
 
@@ -122,5 +135,5 @@ def _add_costs(
 
 def warm_up() -> None:
     """Compile the kernels."""
-    scans = _looked_up(np.zeros((1, 1, 1), np.uint8), np.zeros((1, 3)), 1, 1.0)
+    scans = _looked_up(np.zeros((1, 1, 1), np.uint8), np.zeros((1, 3)), np.zeros(1), 1.0)
     _compared(scans, np.zeros(1, np.int64), (1.0, 0.0), 1.0, 1.0)
