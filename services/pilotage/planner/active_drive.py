@@ -22,6 +22,8 @@ NEAR_ENOUGH = Tolerances(position=0.25, heading=0.2)
 """From which the same is seen."""
 PERIOD = 1.0
 """Least time [s] between two decisions, that the robot does not stand and think."""
+LONGEST_STEP = 0.2
+"""s: what is longer between two steps was a pause, in which the robot was not on this path."""
 
 
 @dataclass
@@ -39,34 +41,40 @@ class ActiveDrive:
         self._follower = PathFollower(self.limits)
         self._tried = np.zeros((0, 2))
         self._decided = -np.inf
-        self._before = 0.0
+        self._before = -np.inf
+        self._is_under_way = False
 
     def step(self, situation: Situation) -> Speeds:
         """Return the speeds until the next step."""
-        dt, self._before = situation.now - self._before, situation.now
-        if self.decision is None or self._is_news(situation, self.decision):
+        dt, self._before = min(situation.now - self._before, LONGEST_STEP), situation.now
+        if self._is_time(situation):
             self._decide(situation)
+        if not self._is_under_way:
+            return 0.0, 0.0
         followed = self._follower.step(situation.odom_from_base, situation.view, dt)
         if followed.state != "following":
             self._tried = np.vstack([self._tried, self._target()])
-            self.decision = None
+            self._is_under_way = False
         return followed.speeds
 
-    def _is_news(self, situation: Situation, decision: Decision) -> bool:
-        """Say whether the belief or the way since the decision asks for another."""
+    def _is_time(self, situation: Situation) -> bool:
+        """Say whether there is nowhere to go, or the belief or the way asks for a new decision."""
         if situation.now < self._decided + PERIOD:
             return False
+        if self.decision is None or not self._is_under_way:
+            return True
         moved = se2.between(self.decided_at, situation.odom_from_base)
         if np.hypot(moved[0], moved[1]) > AS_LONG:
             return True
         left = entropy(merged(situation.belief).weights)
-        return abs(left - decision.uncertainty) > NEWS
+        return abs(left - self.decision.uncertainty) > NEWS
 
     def _decide(self, situation: Situation) -> None:
         here = situation.odom_from_base
         tried = se2.transform_points(se2.inverse(here), self._tried)
         decision = self.active.decide(situation.belief, situation.view, self.rng, tried)
         self.decision, self.decided_at, self._decided = decision, here, situation.now
+        self._is_under_way = True
         heading = None if decision.heading is None else float(wrap(here[2] + decision.heading))
         self._follower.begin(se2.transform_points(here, decision.path), heading, NEAR_ENOUGH)
 

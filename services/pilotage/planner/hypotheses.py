@@ -21,6 +21,8 @@ def merged(belief: Hypotheses, most: int = 400) -> Hypotheses:
     At most `most` places are kept: an unknown start may have thousands, and each weighs nothing.
     """
     order = np.argsort(-belief.weights, kind="stable")
+    # What weighs nothing is no place, and has no mean.
+    order = order[belief.weights[order] > 0.0]
     poses, weights = belief.poses[order], belief.weights[order]
     owners, count = _owners(poses, NEAR, ALIKE, most)
     kept = owners >= 0

@@ -19,7 +19,8 @@ def entropy(weights: ArrayLike) -> float:
     """Return H = -sum w log2 w in bits of weights (n,) that sum to one (eq. 5)."""
     shares = np.asarray(weights, float)
     shares = shares[shares > 0.0]
-    return float(-(shares * np.log2(shares)).sum())
+    # From zero, that a sure belief has no bits rather than minus none.
+    return float(0.0 - (shares * np.log2(shares)).sum())
 
 
 def drawn(weights: NDArray[np.float64], count: int) -> NDArray[np.int64]:
