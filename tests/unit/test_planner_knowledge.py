@@ -93,7 +93,7 @@ def test_silence_is_noticed_and_named(deaf_to: str, words: str) -> None:
     assert robot.knowledge.missing(robot.now, MAP) is None
     robot.deaf_to = {deaf_to}
     robot.go(2.0)
-    assert robot.knowledge.missing(robot.now, MAP) == f"no {words} for 2.0 s"
+    assert robot.knowledge.missing(robot.now, MAP) == f"no {words} for 2 s"
     assert robot.knowledge.situation(robot.now, MAP) is None
 
 

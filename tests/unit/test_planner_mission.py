@@ -31,6 +31,7 @@ class Straight:
     fails: str | None = None
     has_arrived: bool = False
     failure: str | None = None
+    reason: str = ""
     path: NDArray[np.float64] = field(default_factory=lambda: np.zeros((2, 2)))
     distance_left: float = 1.0
 
@@ -45,7 +46,8 @@ class Story:
     """A mission, stepped ten times a second."""
 
     def __init__(self, *, always: bool = False, way: Straight | str | None = None) -> None:
-        self.now, self.state = 100.0, "localized"
+        self.now = 100.0
+        self.state: State = "localized"
         self.missing: str | None = None
         self.planned = 0
         self._way = way
@@ -57,12 +59,16 @@ class Story:
             raise NoWayError(self._way)
         return self._way or Straight()
 
+    @property
+    def mode(self) -> str:
+        """What the mission is about."""
+        return self.mission.mode
+
     def situation(self) -> Situation | None:
         if self.missing:
             return None
         belief = Hypotheses(np.zeros((1, 3)), np.ones(1))
-        state: State = self.state  # type: ignore[assignment]  # set by tests
-        return Situation(self.now, np.zeros(3), NOWHERE, belief, state)
+        return Situation(self.now, np.zeros(3), NOWHERE, belief, self.state)
 
     def run(self, seconds: float) -> list[Speeds | None]:
         """Let so much time pass, as the service does."""
@@ -101,16 +107,16 @@ def test_a_robot_that_does_not_know_where_it_is_finds_out_before_it_goes() -> No
     story.mission.go_to(KITCHEN, None)
     story.run(1.5)
     assert story.run(1.0) == [SEARCHING] * 10
-    assert story.mission.mode == "localizing"
+    assert story.mode == "localizing"
     assert story.mission.reason == "finding out where it is, then on to (3.00, 2.00)"
     story.state = "localized"
     assert (0.0, 0.0) in story.run(0.9), "it stands until it is sure"
     assert GOING in story.run(1.0)
-    assert story.mission.mode == "going"
+    assert story.mode == "going"
 
 
 @pytest.mark.parametrize("state", ["ambiguous", "lost", "unknown"])
-def test_doubt_on_the_way_is_resolved_and_the_way_planned_anew(state: str) -> None:
+def test_doubt_on_the_way_is_resolved_and_the_way_planned_anew(state: State) -> None:
     story = Story(way=Straight(steps=1000))
     story.mission.go_to(KITCHEN, Straight(steps=1000))
     story.run(1.0)
@@ -154,6 +160,13 @@ def test_a_way_that_is_blocked_is_given_up_with_the_reason() -> None:
     assert story.mission.ending == "stand"
 
 
+def test_why_it_stands_on_the_way_is_said() -> None:
+    story = Story()
+    story.mission.go_to(KITCHEN, Straight(steps=100, reason="waits for a person"))
+    story.run(1.0)
+    assert story.mission.reason == "going to (3.00, 2.00): waits for a person"
+
+
 def test_a_search_ends_when_the_pose_is_known_and_what_was_before_goes_on() -> None:
     story = Story()
     story.state = "ambiguous"
@@ -175,7 +188,7 @@ def test_a_search_that_finds_nothing_ends_and_is_not_begun_again_at_once() -> No
     assert "after 5 s" in story.mission.reason
     assert story.run(10.0) == [None] * 100
     story.run(12.0)
-    assert story.mission.mode == "localizing"
+    assert story.mode == "localizing"
 
 
 def test_every_doubt_is_resolved_unasked_if_that_is_wished() -> None:
@@ -186,10 +199,10 @@ def test_every_doubt_is_resolved_unasked_if_that_is_wished() -> None:
     assert SEARCHING in story.run(0.5)
     story.state = "localized"
     story.run(2.0)
-    assert story.mission.mode == "idle"
+    assert story.mode == "idle"
     story.state = "ambiguous"
     story.run(2.0)
-    assert story.mission.mode == "localizing"
+    assert story.mode == "localizing"
 
 
 def test_what_is_missing_is_waited_for_and_said() -> None:
@@ -201,7 +214,7 @@ def test_what_is_missing_is_waited_for_and_said() -> None:
     assert (story.mission.mode, story.mission.reason) == ("waiting", "no scan for 1.1 s")
     story.missing = None
     assert story.run(1.0) == [GOING] * 10
-    assert story.mission.mode == "going"
+    assert story.mode == "going"
 
 
 def test_what_is_missing_for_too_long_ends_the_task() -> None:

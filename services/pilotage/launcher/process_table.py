@@ -62,6 +62,7 @@ PROCESSES = (
     _service("mapper"),
     _service("robot"),
     _service("localizer"),
+    _service("planner"),
 )
 
 

@@ -89,7 +89,7 @@ class Knowledge:
             if heard is None:
                 return f"no {words} has come yet"
             if now - heard > SILENT_AFTER[name]:
-                return f"no {words} for {now - heard:.1f} s"
+                return f"no {words} for {now - heard:.0f} s"
         if self._estimate is None or self._belief is None:
             return "nobody has said yet where the robot could be"
         if self._belief.map_id != map_id:

@@ -39,6 +39,11 @@ class Way(Policy, Protocol):
     """A way to a target, being gone."""
 
     @property
+    def reason(self) -> str:
+        """Why the robot stands, in words; empty while it gets on."""
+        ...
+
+    @property
     def path(self) -> NDArray[np.float64]:
         """The corners (n, 2) of what is left of it, map frame."""
         ...
@@ -221,6 +226,7 @@ class Mission:
             self.end("failed", str(error))
             return None
         speeds = self.way.step(situation)
+        self.reason += f": {self.way.reason}" if self.way.reason else ""
         if self.way.has_arrived:
             self.end("done", f"at {self.target}")
             return None

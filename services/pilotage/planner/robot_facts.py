@@ -47,6 +47,11 @@ class RobotFacts:
         return 0 if self.said is None else self.said.orders
 
     @property
+    def activity(self) -> str:
+        """What it does, in its own words."""
+        return "" if self.said is None else self.said.activity
+
+    @property
     def is_held(self) -> bool:
         """Whether a person's order keeps it from being driven unasked."""
         return self.said is None or self.said.is_held

@@ -1,0 +1,61 @@
+"""Everything that is made once for a map and a robot, so that planning on it is quick; pure."""
+
+import numpy as np
+
+from pilotage.core.grid import OccupancyMap
+from pilotage.planner import (
+    common_ground,
+    expected_scans,
+    hypotheses,
+    information,
+    map_potential,
+    path_kernels,
+)
+from pilotage.planner.active_drive import ActiveDrive
+from pilotage.planner.active_localization import ActiveLocalization, ActiveParams
+from pilotage.planner.going import Going
+from pilotage.planner.ground import Ground
+from pilotage.planner.mission import NoWayError, Target
+from pilotage.planner.path_finding import NoPathError, find_path
+from pilotage.planner.path_params import FollowerParams
+from pilotage.planner.situation import Situation
+
+
+class Building:
+    """Begins searches and ways on one map for one robot."""
+
+    def __init__(self, world: OccupancyMap, active: ActiveParams, follower: FollowerParams) -> None:
+        self.active = ActiveLocalization(world, active)
+        self._ground = Ground.of(world)
+        self._follower = follower
+
+    def search(self, rng: np.random.Generator) -> ActiveDrive:
+        """Begin to find out where the robot is."""
+        return ActiveDrive(self.active, rng, self._follower)
+
+    def check(self, target: Target) -> None:
+        """Raise NoWayError if the robot cannot stand at a target."""
+        try:
+            find_path(self._ground, target.pose[:2], target.pose[:2], self._follower.radius)
+        except NoPathError as error:
+            raise NoWayError(str(error)) from error
+
+    def way(self, target: Target, situation: Situation) -> Going:
+        """Begin to go to a target; NoWayError if no way leads there."""
+        try:
+            return Going(self._ground, target, situation, self._follower)
+        except NoPathError as error:
+            raise NoWayError(str(error)) from error
+
+
+def warm_up() -> None:
+    """Compile all kernels, or load them."""
+    for module in (
+        information,
+        hypotheses,
+        common_ground,
+        expected_scans,
+        map_potential,
+        path_kernels,
+    ):
+        module.warm_up()

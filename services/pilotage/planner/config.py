@@ -1,0 +1,56 @@
+"""Settings of the planner."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from pilotage.bus.deployment import Settings
+from pilotage.planner.active_localization import ActiveParams
+from pilotage.planner.common_ground import GroundParams
+from pilotage.planner.mission import MissionParams
+from pilotage.planner.path_params import FollowerParams
+from pilotage.planner.robot_facts import RobotBuild
+
+
+class PlannerSettings(Settings):
+    """How the planner drives, and when it finds out by itself where the robot is.
+
+    `max_linear` [m/s] and `max_angular` [rad/s] are never exceeded, nor are the robot's own.
+    `alpha` [bit/m]: what a metre of way must tell (Liu et al. 2008, eq. 6); `candidates`: how
+    many looks are weighed. `always_localizes`: every doubt of the pose is resolved unasked, until
+    somebody says otherwise. `doubt`, `settled`, `patience`, `longest_search` [s]: see
+    MissionParams. `seed` of what is drawn at random.
+    """
+
+    max_linear: Annotated[float, Field(ge=0.05, le=2.0)] = FollowerParams.max_linear
+    max_angular: Annotated[float, Field(ge=0.1, le=4.0)] = FollowerParams.max_angular
+    alpha: Annotated[float, Field(ge=0.0, le=100.0)] = ActiveParams.alpha
+    candidates: Annotated[int, Field(ge=2, le=200)] = ActiveParams.candidates
+    always_localizes: bool = False
+    doubt: Annotated[float, Field(ge=0.1, le=60.0)] = MissionParams.doubt
+    settled: Annotated[float, Field(ge=0.1, le=60.0)] = MissionParams.settled
+    patience: Annotated[float, Field(ge=1.0, le=600.0)] = MissionParams.patience
+    longest_search: Annotated[float, Field(ge=10.0, le=3600.0)] = MissionParams.longest_search
+    seed: int = 0
+
+    def mission(self) -> MissionParams:
+        """Return when to begin and to end what."""
+        return MissionParams(
+            doubt=self.doubt,
+            settled=self.settled,
+            patience=self.patience,
+            longest_search=self.longest_search,
+        )
+
+    def active(self, build: RobotBuild) -> ActiveParams:
+        """Return how a robot decides where to look from."""
+        ground = GroundParams(radius=build.radius)
+        return ActiveParams(alpha=self.alpha, candidates=self.candidates, ground=ground)
+
+    def follower(self, build: RobotBuild) -> FollowerParams:
+        """Return how a robot follows its path."""
+        return FollowerParams(
+            radius=build.radius,
+            max_linear=min(self.max_linear, build.max_linear),
+            max_angular=min(self.max_angular, build.max_angular),
+        )
