@@ -56,7 +56,15 @@ CORE_FILES_MAY_IMPORT = {
 
 COMPUTING = ("core", "localizer", "mapper", "planner", "topology")
 GLUE = {"__main__", "config", "service", "storage", "messages", "warm_up"} | {
-    *("queries", "map_choice", "method_setup", "map_show", "takeover"),  # parts of a service
+    *(
+        "queries",
+        "map_choice",
+        "method_setup",
+        "map_show",
+        "takeover",
+        "hearing",
+        "showing",
+    ),  # parts of a service
 }
 """Modules of a computing package that may know messages, clocks or files."""
 
