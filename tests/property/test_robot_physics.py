@@ -6,12 +6,12 @@ from hypothesis import strategies as st
 
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.core.laser_view import View
 from pilotage.robot.motion_command import Straight, Turn
 from pilotage.robot.simulator.drive import DriveParams, Wheels, accelerated
 from pilotage.robot.simulator.range_sensors import LaserParams, Surroundings, scan
 from pilotage.robot.simulator.simulation import RobotParams
 from pilotage.robot.simulator.walls import Walls
-from pilotage.core.laser_view import View
 from pilotage.robot.wander import Wanderer, WanderParams
 from pilotage.robot.watchdog import Limits
 from robot_world import ROOM, simulation_in

@@ -5,7 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pilotage.core.landmark_map import LandmarkFileError, LandmarkMap, read_landmarks
+from pilotage.core.landmark_map import (
+    NO_LANDMARKS,
+    LandmarkFileError,
+    LandmarkMap,
+    landmarks_of,
+    read_landmarks,
+)
 
 GOOD = """
 landmarks:
@@ -36,6 +42,17 @@ def test_a_sighting_may_belong_to_its_likes_or_to_the_one_it_names(tmp_path: Pat
     assert len(landmarks.candidates("beacon", "south")) == 0
 
 
+def test_a_list_from_elsewhere_is_read_as_one_in_a_file(tmp_path: Path) -> None:
+    entries = [{"class": "beacon", "x": 1.5, "y": -2, "id": "north"}]
+    listed = landmarks_of(entries)
+    filed = read_landmarks(
+        write(tmp_path, "landmarks: [{class: beacon, x: 1.5, y: -2, id: north}]")
+    )
+    assert np.array_equal(listed.positions, filed.positions)
+    assert (listed.classes, listed.identities) == (filed.classes, filed.identities)
+    assert landmarks_of([]).classes == NO_LANDMARKS.classes == ()
+
+
 def test_no_landmark_at_all_is_a_map_too(tmp_path: Path) -> None:
     empty = read_landmarks(write(tmp_path, "landmarks: []"))
     assert empty.positions.shape == (0, 2)
@@ -57,6 +74,7 @@ def test_no_landmark_at_all_is_a_map_too(tmp_path: Path) -> None:
         ("landmarks: [{class: a, x: 1, y: .inf}]", "landmark 1: y must be a finite number"),
         ("landmarks: [{class: a, x: true, y: 1}]", "landmark 1: x must be a finite number"),
         ("landmarks: [{class: '', x: 1, y: 1}]", "landmark 1: class must be a name"),
+        (f"landmarks: [{{class: {65 * 'a'}, x: 1, y: 1}}]", "class has more than 64 characters"),
         ("landmarks: [{class: a, x: 1, y: 1, id: 1.5}]", "landmark 1: id must be a name"),
         (
             "landmarks: [{class: a, x: 1, y: 1, id: b}, {class: a, x: 2, y: 1, id: b}]",

@@ -8,11 +8,11 @@ import pytest
 
 from drawing import draw
 from pilotage.core.grid import OccupancyMap
+from pilotage.core.laser_view import View
 from pilotage.robot.simulator.floor_plans import office_floor, office_rooms, square_hall
 from pilotage.robot.simulator.range_sensors import scan
 from pilotage.robot.simulator.simulation import RobotParams, Simulation
 from pilotage.robot.simulator.walls import Walls
-from pilotage.core.laser_view import View
 from pilotage.robot.wander import Wanderer, WanderParams
 from pilotage.robot.watchdog import Limits
 from robot_world import EXACT, ROOM, simulation_in
