@@ -27,6 +27,7 @@ def test_landmarks_alone_tell_where_the_robot_is_and_where_it_was_carried(tmp_pa
         sightings = page.get("sensors/landmarks")
         assert sightings is not None
         assert sightings["frame_id"] == "camera"
+        page.command("look", pan=0.8)
         page.command("kidnap", pose={"x": -1.5, "y": -0.5, "theta": 2.0})
         page.localized(within=60.0)
         assert "Traceback" not in run.text
