@@ -178,16 +178,6 @@ class ActiveLocalization:
         return int(min(one, other)), int(max(one, other))
 
 
-def _windows(view: View, pointings: NDArray[np.float64], beams: int) -> NDArray[np.bool_]:
-    """Say for each pointing (n,) which of the beams all around the laser covers then (n, beams)."""
-    step = 2.0 * np.pi / beams
-    ahead = wrap(np.arange(beams) * step - pointings[:, None])
-    # Beam by beam: a laser may look all around, or backwards, where bearings wrap.
-    apart = np.abs(wrap(ahead[:, :, None] - view.bearings))
-    covered: NDArray[np.bool_] = apart.min(axis=2, initial=np.inf) <= 0.5 * step
-    return covered
-
-
 def _path(reach: Reach, point: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the way (n, 2), n >= 2, from here to a point that can be reached."""
     cell = reach.geometry.cells_of(point[None])[0]

@@ -70,7 +70,12 @@ class ScanSight:
 
     def half_view(self, view: View) -> float:
         """Return half of the angle that the laser covers [rad]."""
-        return 0.5 * float(view.bearings[-1] - view.bearings[0])
+        if len(view.bearings) == 0:
+            return 0.0
+        # All but the widest gap: bearings wrap where a laser looks all round, or backwards.
+        angles = np.sort(view.bearings)
+        gaps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
+        return float(np.pi - 0.5 * gaps.max())
 
     def log_likelihoods(
         self, poses: NDArray[np.float64], truths: NDArray[np.int64], window: Window
