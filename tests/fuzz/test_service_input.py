@@ -23,12 +23,15 @@ from pilotage.localizer.particle_search import SearchParams
 from pilotage.localizer.service import LocalizerService
 from pilotage.mapper.config import MapperSettings
 from pilotage.mapper.service import MapperService
+from pilotage.planner.config import PlannerSettings
+from pilotage.planner.service import PlannerService
 from pilotage.robot.config import RobotSettings
 from pilotage.robot.service import RobotService
 from pilotage_schemas.codec import decode, encode
+from pilotage_schemas.localization import Belief, PoseEstimate
 from pilotage_schemas.mapping import MappingSensor
 from pilotage_schemas.message import Message, Part
-from pilotage_schemas.sensors import RobotDescription, SensorMount
+from pilotage_schemas.sensors import RobotDescription, RobotStatus, SensorMount
 from pilotage_schemas.topics import QUERIES, TOPICS, Query, encoding, query_key, topic_key
 from sample_messages import HERE, grid, odometry, scan
 from strategies import parts
@@ -45,6 +48,7 @@ EXAMPLES = {
     "mapper by laser": 60,
     "mapper by sonar": 40,
     "robot": 20,
+    "planner": 60,
 }
 
 
@@ -82,6 +86,12 @@ def robot(node: Node) -> object:
     return service
 
 
+def planner(node: Node) -> object:
+    return PlannerService(
+        PlannerSettings(always_localizes=True, doubt=0.1, settled=0.1), node, Deployment()
+    )
+
+
 SERVICES: dict[str, Build] = {
     "localizer": localizer_by("markov"),
     "localizer by mcl": localizer_by("mcl"),
@@ -89,6 +99,7 @@ SERVICES: dict[str, Build] = {
     "mapper by laser": mapper_by("laser"),
     "mapper by sonar": mapper_by("sonar"),
     "robot": robot,
+    "planner": planner,
 }
 
 
@@ -108,6 +119,9 @@ class Bench:
             "description": description(now, mount),
             "odometry": odometry(now),
             "scan": scan(now),
+            "status": status(now),
+            "pose": lost(now),
+            "belief": nowhere_known(now),
         }.items():
             self.send(topic, message)
 
@@ -138,7 +152,41 @@ def description(stamp_ns: int, mount: SensorMount) -> RobotDescription:
         mounts=(mount,),
         max_linear=1.0,
         max_angular=1.0,
-        commands=(),
+        commands=("velocity",),
+    )
+
+
+def status(stamp_ns: int) -> RobotStatus:
+    return RobotStatus(
+        stamp_ns=stamp_ns,
+        frame_id="base_link",
+        source="simulation",
+        mode="wandering",
+        reason="going about",
+    )
+
+
+def lost(stamp_ns: int) -> PoseEstimate:
+    return PoseEstimate(
+        stamp_ns=stamp_ns,
+        frame_id="map",
+        pose=HERE,
+        covariance=np.eye(3),
+        state="lost",
+        confidence=0.0,
+    )
+
+
+def nowhere_known(stamp_ns: int) -> Belief:
+    places = [[0.2, 0.5, 0.0, 0.5], [0.5, 0.2, 1.0, 0.3], [30.0, -1e6, 2.0, 0.2]]
+    return Belief(
+        stamp_ns=stamp_ns,
+        frame_id="map",
+        map_id="0123",
+        method="markov",
+        samples=np.array(places, np.float32),
+        entropy=1.5,
+        modes=(),
     )
 
 

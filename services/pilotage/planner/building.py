@@ -20,6 +20,24 @@ from pilotage.planner.path_finding import NoPathError, find_path
 from pilotage.planner.path_params import FollowerParams
 from pilotage.planner.situation import Situation
 
+COARSEST = 0.5
+"""m per cell: a robot does not see where it fits through on coarser maps."""
+LARGEST = 100_000.0
+"""m^2 of map, free or not: what is expected to be seen on larger ones does not fit into memory."""
+
+
+def unusable(world: OccupancyMap) -> str | None:
+    """Say in words why nobody can plan on a map; None if one can."""
+    geometry = world.geometry
+    if not world.is_free.any():
+        return "the map has no free ground"
+    if geometry.resolution > COARSEST:
+        return f"the map's cells of {geometry.resolution:g} m are too coarse to plan on"
+    area = geometry.rows * geometry.cols * geometry.resolution**2
+    if area > LARGEST:
+        return f"the map of {area:.0f} m^2 is too large to plan on"
+    return None
+
 
 class Building:
     """Begins searches and ways on one map for one robot."""

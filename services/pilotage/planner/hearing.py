@@ -42,6 +42,8 @@ class Hearing:
     facts: RobotFacts = field(default_factory=RobotFacts)
     knowledge: Knowledge = field(default_factory=Knowledge)
     map: OccupancyGrid | None = None
+    map_fault: str | None = None
+    """Why nobody can plan on the map, in words."""
     is_mapping: bool = False
     places: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
@@ -66,6 +68,8 @@ class Hearing:
             return "a map is being made: finish it first"
         if self.map is None:
             return "there is no map yet"
+        if self.map_fault is not None:
+            return self.map_fault
         return self.knowledge.missing(self.node.clock.monotonic(), self.map.map_id)
 
     def situation(self) -> Situation | None:

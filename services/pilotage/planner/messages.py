@@ -35,7 +35,7 @@ LEAST_TOLD = 0.02
 def pose_of(pose: ArrayLike) -> Pose2:
     """Return a pose (3,) as a message part."""
     x, y, theta = (float(value) for value in np.asarray(pose, float))
-    return Pose2(x=x, y=y, theta=float(wrap(theta)))
+    return Pose2(x=x, y=y, theta=theta if abs(theta) <= np.pi else float(wrap(theta)))
 
 
 def pose_array(pose: Pose2) -> NDArray[np.float64]:

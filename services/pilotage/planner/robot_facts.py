@@ -65,6 +65,8 @@ class RobotFacts:
             return "a recorded log cannot be driven"
         if "velocity" not in self.build.commands:
             return f"{self.build.name} has no command velocity"
+        if min(self.build.max_linear, self.build.max_angular) <= 0.0:
+            return f"{self.build.name} says that it cannot move or turn"
         return None
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from pilotage.bus.deployment import Deployment
 from pilotage.bus.node import Node
 from pilotage.planner.active_drive import ActiveDrive
-from pilotage.planner.building import Building, warm_up
+from pilotage.planner.building import Building, unusable, warm_up
 from pilotage.planner.config import PlannerSettings
 from pilotage.planner.hearing import Hearing
 from pilotage.planner.messages import world_of
@@ -74,9 +74,13 @@ class PlannerService:
         grid, build = self.heard.map, self.heard.facts.build
         if grid is None or build is None:
             return
+        world = world_of(grid)
+        self.heard.map_fault, self.building = unusable(world), None
+        if self.heard.map_fault is not None:
+            return
         with self.node.busy(MAP_WORK_S):
             tuned = self._settings.active(build), self._settings.follower(build)
-            self.building = Building(world_of(grid), *tuned)
+            self.building = Building(world, *tuned)
         self.shown.show_potential(self.building.active.potential)
 
     def map_begun(self) -> None:
