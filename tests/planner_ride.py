@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.laser_view import View
-from pilotage.planner.situation import Speeds
+from pilotage.planner.situation import Hypotheses, Situation, Speeds
 from pilotage.robot.simulator.range_sensors import scan
 from pilotage.robot.simulator.simulation import Simulation
 
@@ -51,3 +51,10 @@ class Ride:
     def metres(self) -> float:
         """Length of the way so far."""
         return float(np.hypot(*np.diff(np.array(self.way)[:, :2], axis=0).T).sum())
+
+
+def situation_of(ride: Ride) -> Situation:
+    """What the robot knows on a ride, its pose noisy but known."""
+    belief = Hypotheses(ride.pose()[None], np.ones(1))
+    odom = ride.simulation.odometry.pose
+    return Situation(ride.seconds, odom, view_of(ride.simulation), belief, "localized")

@@ -153,6 +153,9 @@ def test_the_edge_of_the_map_stops_bodies() -> None:
     assert Ground.of(world).gaps_at([[-1.0, 0.0], [0.25, 0.25]]) == pytest.approx([0.0, 0.25])
 
 
-def test_edges_that_no_laser_sees_are_unknown_cells_beside_free_ones() -> None:
-    edges = Ground.of(draw("??? ?.# ???")).unseen_edges
+def test_where_unknown_ground_begins_no_laser_sees() -> None:
+    ground = Ground.of(draw("??? ?.# ???"))
+    edges = ground.unseen_near((1.5, 1.5), 9.0)
     assert sorted(map(tuple, edges.tolist())) == [(0.5, 1.5), (1.5, 0.5), (1.5, 2.5)]
+    assert ground.unseen_near((1.5, 2.5), 0.5).tolist() == [[0.5, 1.5], [1.5, 2.5]]
+    assert ground.unseen_near((99.0, -99.0), 1.0).shape == (0, 2)

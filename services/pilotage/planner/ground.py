@@ -63,11 +63,24 @@ class Ground:
         return blocked
 
     @cached_property
-    def unseen_edges(self) -> NDArray[np.float64]:
-        """Centres (n, 2), map frame, of the unknown cells next to free ones: no laser sees them."""
-        unknown, free = self.world.cells < 0, np.pad(self.world.is_free, 1)
+    def _is_unseen_edge(self) -> NDArray[np.bool_]:
+        """Unknown cells (rows, cols) next to free ones."""
+        free = np.pad(self.world.is_free, 1)
         beside_free = free[:-2, 1:-1] | free[2:, 1:-1] | free[1:-1, :-2] | free[1:-1, 2:]
-        return self.geometry.centres_of(np.argwhere(unknown & beside_free))
+        edge: NDArray[np.bool_] = (self.world.cells < 0) & beside_free
+        return edge
+
+    def unseen_near(self, point: ArrayLike, reach: float) -> NDArray[np.float64]:
+        """Return where unknown ground begins, which no laser sees: centres (n, 2), map frame.
+
+        Only within a square of `reach` m round a point (2,) of the map frame.
+        """
+        row, col = self.geometry.cells_of(np.atleast_2d(point))[0]
+        span = int(np.ceil(reach / self.geometry.resolution))
+        first = np.maximum([row - span, col - span], 0)
+        last = np.maximum([row + span + 1, col + span + 1], 0)
+        window = self._is_unseen_edge[first[0] : last[0], first[1] : last[1]]
+        return self.geometry.centres_of(np.argwhere(window) + first)
 
     def gaps_at(self, points_map: ArrayLike) -> NDArray[np.float64]:
         """Return how far (n,) in m points (n, 2) of the map frame are from what stops bodies.

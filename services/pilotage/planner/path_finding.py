@@ -1,17 +1,18 @@
 """A path from here to a goal of the map, or the reason why there is none; pure."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pilotage.planner.ground import Ground, Terrain
+from pilotage.planner.ground import LEAST_GAP, Ground, Terrain
 from pilotage.planner.path_search import shortened, travel_field, way_to
 
 Cell = tuple[int, int]
 
 LEAVING = 0.5
-"""m round a robot too near a wall in which it may pass as near."""
+"""m round a robot too near a wall in which it may be as near, on its way away from it."""
 LEAVING_COST = 20.0
 """What a metre costs there: away from the wall first."""
 STANDS_BESIDE = 0.25
@@ -44,7 +45,7 @@ def find_path(
     terrain = ground.terrain(radius)
     last = _goal_cell(ground, goal, radius)
     first = _start_cell(ground, start)
-    terrain = _with_way_out(ground, terrain, first)
+    terrain = _with_way_out(ground, terrain, first, radius)
     resolution = ground.geometry.resolution
     field = travel_field(terrain.passable, terrain.cost, resolution, first, last)
     if not np.isfinite(field[last]):
@@ -94,18 +95,38 @@ def _start_cell(ground: Ground, start: ArrayLike) -> Cell:
     return int(nearest[0]), int(nearest[1])
 
 
-def _with_way_out(ground: Ground, terrain: Terrain, first: Cell) -> Terrain:
+def _with_way_out(ground: Ground, terrain: Terrain, first: Cell, radius: float) -> Terrain:
     """Return the terrain on which a body may leave its place although it is too near a wall."""
     if terrain.passable[first]:
         return terrain
     passable, cost = terrain.passable.copy(), terrain.cost.copy()
-    window = _window(ground, first, LEAVING)
-    resolution = ground.geometry.resolution
-    as_near = max(float(ground.clearance[first]) - resolution, 0.5 * resolution)
-    way_out = (ground.clearance[window] >= as_near) & ~passable[window]
-    passable[window] |= way_out
-    cost[window] = np.where(way_out, np.float32(LEAVING_COST), cost[window])
+    for cell in _climbed(ground, first, ground.needed(radius) - LEAST_GAP):
+        if not passable[cell]:
+            passable[cell], cost[cell] = True, LEAVING_COST
     return replace(terrain, passable=passable, cost=cost)
+
+
+def _climbed(ground: Ground, first: Cell, fits: float) -> set[Cell]:
+    """Return the cells nearby that one gets to by going away from walls all the way.
+
+    So no gap is passed that is too narrow: the way into one leads nearer to its walls. Where the
+    body `fits`, which is a clearance in m, it may also go along them.
+    """
+    clearance, span = ground.clearance, int(LEAVING / ground.geometry.resolution)
+    rows, cols = clearance.shape
+    found, ends = {first}, [first]
+    while ends:
+        row, col = ends.pop()
+        before = clearance[row, col]
+        for cell in itertools.product((row - 1, row, row + 1), (col - 1, col, col + 1)):
+            is_near = max(abs(cell[0] - first[0]), abs(cell[1] - first[1])) <= span
+            inside = 0 <= cell[0] < rows and 0 <= cell[1] < cols
+            if not (is_near and inside) or cell in found:
+                continue
+            if clearance[cell] > before or clearance[cell] == before >= fits:
+                found.add(cell)
+                ends.append(cell)
+    return found
 
 
 def _window(ground: Ground, cell: Cell, reach: float) -> tuple[slice, slice]:

@@ -58,6 +58,7 @@ class _Ride:
     aside: float = 0.0
     turning: bool = False
     at_goal: bool = False
+    turned: bool = False
 
 
 class PathFollower:
@@ -84,6 +85,14 @@ class PathFollower:
     def off_path(self) -> float:
         """How far in m the robot was from its path at the last step."""
         return self._ride.off_path if self._ride else 0.0
+
+    @property
+    def left(self) -> NDArray[np.float64]:
+        """The corners (n, 2) of what is left of the path, from where the robot is along it."""
+        if self._ride is None:
+            return np.zeros((0, 2))
+        track, way = self._ride.track, self._ride.way
+        return np.vstack([track.at(way), track.corners[track.ways > way]])
 
     def step(self, pose: ArrayLike, view: View, dt: float) -> FollowerStep:
         """Return what to do until the next step.
@@ -170,7 +179,10 @@ class PathFollower:
         if ride.heading is None:
             return self._standing("arrived")
         angle = wrap(ride.heading - float(here[2]))
-        if abs(angle) <= 0.5 * ride.tolerances.heading:
+        # Poses are noisy: what is well within the tolerance need not be so at every look.
+        enough = 0.8 if ride.turned else 0.4
+        ride.turned = abs(angle) <= enough * ride.tolerances.heading
+        if ride.turned:
             return self._standing("arrived")
         return FollowerStep((0.0, self._turn_rate(angle)), "following")
 

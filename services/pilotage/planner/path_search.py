@@ -7,7 +7,9 @@ step costs its length times the mean cost of its two cells, so there and back co
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pilotage.planner.path_kernels import descend, pull_tight, spread
+from pilotage.planner.path_kernels import descend, pull_tight, spread, warm_up
+
+__all__ = ["shortened", "travel_field", "warm_up", "way_to"]
 
 Mask = NDArray[np.bool_]
 Field = NDArray[np.float32]
