@@ -22,19 +22,25 @@ NEAR_ENOUGH = Tolerances(position=0.25, heading=0.2)
 """From which the same is seen."""
 PERIOD = 1.0
 """Least time [s] between two decisions, that the robot does not stand and think."""
+GAZE_PERIOD = 0.6
+"""s: the joint turns, and a picture or two are taken."""
 LONGEST_STEP = 0.2
 """s: what is longer between two steps was a pause, in which the robot was not on this path."""
 
 
 @dataclass
 class ActiveDrive:
-    """A policy. `decision` is the last one taken, `decided_at` the odometry (3,) of that moment."""
+    """A policy. `decision` is the last one taken, `decided_at` the odometry (3,) of that moment.
+
+    `gaze`: where to point the sensor off the heading [rad], None if it is fixed.
+    """
 
     active: ActiveLocalization
     rng: np.random.Generator
     limits: FollowerParams = field(default_factory=FollowerParams)
     decision: Decision | None = None
     decided_at: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    gaze: float | None = None
 
     def __post_init__(self) -> None:
         """Begin with nowhere to go."""
@@ -43,12 +49,14 @@ class ActiveDrive:
         self._decided = -np.inf
         self._before = -np.inf
         self._is_under_way = False
+        self._gazed = -np.inf
 
     def step(self, situation: Situation) -> Speeds:
         """Return the speeds until the next step."""
         dt, self._before = min(situation.now - self._before, LONGEST_STEP), situation.now
         if self._is_time(situation):
             self._decide(situation)
+        self._look(situation)
         if not self._is_under_way:
             return 0.0, 0.0
         followed = self._follower.step(situation.odom_from_base, situation.view, dt)
@@ -77,6 +85,12 @@ class ActiveDrive:
         self._is_under_way = True
         heading = None if decision.heading is None else float(wrap(here[2] + decision.heading))
         self._follower.begin(se2.transform_points(here, decision.path), heading, NEAR_ENOUGH)
+
+    def _look(self, situation: Situation) -> None:
+        """Point the sensor anew, if it can be and has seen something since."""
+        if situation.now >= self._gazed + GAZE_PERIOD:
+            self._gazed = situation.now
+            self.gaze = self.active.gaze(situation.belief, situation.view)
 
     def _target(self) -> NDArray[np.float64]:
         """Return the end (1, 2) of the path in odom."""

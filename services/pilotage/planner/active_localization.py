@@ -35,13 +35,15 @@ class ActiveParams:
     """How the next look is chosen.
 
     `alpha`: bits that a metre of way must bring (eq. 6) [bit/m]; `candidates`: how many are
-    weighed; `observations`: how many places say what would be seen; `negligible`: gain that is
+    weighed; `observations`: how many places say what would be seen; `samples`: of the belief, that
+    a pointing has to tell apart; `negligible`: gain that is
     not worth a move, `worth_a_turn`: not worth turning for on arrival [bit].
     """
 
     alpha: float = 0.2
     candidates: int = 60
     observations: int = 32
+    samples: int = 200
     negligible: float = 0.02
     worth_a_turn: float = 0.1
     sight: SightParams = field(default_factory=SightParams)
@@ -130,6 +132,20 @@ class ActiveLocalization:
         """Return the gains (n,) [bit] expected of a full turn at displacements (n, 2)."""
         return np.array([self._gain(belief, point, FULL_TURN) for point in points])
 
+    def gaze(self, belief: Hypotheses, view: View) -> float | None:
+        """Return where to point the sensor now, off the heading [rad] (eq. 10); None: it is fixed.
+
+        Unlike a place to go to, a pointing has to tell samples apart that are near each other.
+        """
+        pointings = self._sight.pointings
+        if len(pointings) == 0:
+            return None
+        chosen = drawn(belief.weights, self.params.samples)
+        samples = Hypotheses(belief.poses[chosen], np.full(len(chosen), 1.0 / len(chosen)))
+        half = self._sight.half_view(view)
+        gains = [self._gain(samples, np.zeros(2), (float(middle), half)) for middle in pointings]
+        return float(pointings[int(np.argmax(gains))])
+
     def _gain(self, belief: Hypotheses, point: NDArray[np.float64], window: Window) -> float:
         """Return H(l_t) - H(l_t+1) [bit] of a look through a window after a displacement (2,)."""
         there = belief.moved([point[0], point[1], 0.0])
@@ -139,6 +155,8 @@ class ActiveLocalization:
 
     def _heading(self, places: Hypotheses, path: NDArray[np.float64], view: View) -> float | None:
         """Return where to look at the end of a path: the pointing of the largest gain (eq. 10)."""
+        if len(self._sight.pointings):
+            return None
         along = path[-1] - path[-2] if path[-1].any() else np.array([1.0, 0.0])
         arriving = float(np.arctan2(along[1], along[0]))
         pointings = wrap(arriving + np.arange(POINTINGS) * 2.0 * np.pi / POINTINGS)

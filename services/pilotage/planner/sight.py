@@ -42,6 +42,11 @@ class Sight(Protocol):
         """Where it is worth looking from."""
         ...
 
+    @property
+    def pointings(self) -> NDArray[np.float64]:
+        """Where it can be pointed, off the robot's heading (k,) [rad]; none if it is fixed."""
+        ...
+
     def half_view(self, view: View) -> float:
         """Return half of the field of view [rad], given what the laser sees."""
         ...
@@ -67,6 +72,11 @@ class ScanSight:
     def potential(self) -> MapPotential:
         """How rare the look of each place is."""
         return self._potential
+
+    @property
+    def pointings(self) -> NDArray[np.float64]:
+        """A laser is fixed."""
+        return np.zeros(0)
 
     def half_view(self, view: View) -> float:
         """Return half of the angle that the laser covers [rad]."""
