@@ -72,7 +72,9 @@ class ActiveDrive:
         if self.decision is None or not self._is_under_way:
             return True
         moved = se2.between(self.decided_at, situation.odom_from_base)
-        if np.hypot(moved[0], moved[1]) > AS_LONG:
+        # Where nothing tells the farthest is chosen: thought over on the way, it would be behind.
+        is_telling = self.decision.looks[0].gain >= self.active.params.negligible
+        if is_telling and np.hypot(moved[0], moved[1]) > AS_LONG:
             return True
         left = entropy(merged(situation.belief).weights)
         return abs(left - self.decision.uncertainty) > NEWS
