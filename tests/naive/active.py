@@ -195,7 +195,7 @@ def look(scan: NDArray[np.float64], terms: int) -> NDArray[np.float64]:
 
 
 def information(
-    looks: NDArray[np.float64], others: NDArray[np.float64], width: float
+    looks: NDArray[np.float32], others: NDArray[np.float32], width: float
 ) -> NDArray[np.float64]:
     """Twin of `map_potential._information`: each look against each other."""
     bits = []

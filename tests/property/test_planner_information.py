@@ -19,7 +19,8 @@ def beliefs(draw: st.DrawFn, most: int = 12) -> NDArray[np.float64]:
     parts = st.one_of(st.just(0.0), st.floats(0.01, 1.0), st.floats(50.0, 100.0))
     weights = np.array(draw(st.lists(parts, min_size=1, max_size=most)))
     weights[draw(st.integers(0, len(weights) - 1))] += 1.0
-    return weights / weights.sum()
+    shares: NDArray[np.float64] = weights / weights.sum()
+    return shares
 
 
 def counted(count: int, seed: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -31,7 +32,8 @@ def counted(count: int, seed: int) -> tuple[NDArray[np.int64], NDArray[np.float6
 def likelihoods(looks: NDArray[np.float64], truths: NDArray[np.int64]) -> NDArray[np.float32]:
     """Return log likelihoods (m, n) of places that look like points (n, 2) of a plane."""
     off = looks[truths][:, None, :] - looks[None, :, :]
-    return (-0.5 * (off**2).sum(axis=2)).astype(np.float32)
+    logs: NDArray[np.float32] = (-0.5 * (off**2).sum(axis=2)).astype(np.float32)
+    return logs
 
 
 @given(beliefs())
