@@ -10,7 +10,7 @@ from pilotage.experiments.trial_steering import Body
 from pilotage.experiments.trial_world import TrialWorld
 from pilotage.planner.active_drive import ActiveDrive
 from pilotage.planner.active_localization import ActiveLocalization, ActiveParams
-from pilotage.planner.path_follower import FollowerParams
+from pilotage.planner.path_params import FollowerParams
 from pilotage.planner.situation import Policy
 
 MakePolicy = Callable[[np.random.Generator], Policy]

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from pilotage.core import se2
 from pilotage.core.angles import difference
-from pilotage.experiments.trial_steering import Body, along, polar, towards
+from pilotage.core.laser_view import View
+from pilotage.experiments.trial_steering import TURN_FIRST, Body, along, polar, towards
 from pilotage.planner.situation import Situation, Speeds
 
 ARRIVED = 0.15
@@ -16,17 +17,20 @@ ARRIVED = 0.15
 SHORTEST, LONGEST = 0.5, 5.0
 """Ways [m] that are gone at random: what is free, within these."""
 
-NEAR_WALL = 1.0
-"""A wall this near [m] on the right is followed."""
+NEAR_WALL, FRONT_LEFT = 1.0, float(np.deg2rad(45.0))
+"""What is this near [m], and not farther left than this [rad], is the wall that is followed."""
 
 AHEAD = 0.7
 """Length [m] of the strip that has to be free along a wall."""
 
-LEFTMOST = np.deg2rad(110.0)
+LEFTMOST = float(np.deg2rad(110.0))
 """Bearing [rad] up to which lasers usually see: what lies beyond only seems to be free."""
 
-ROUND_TRIP = 3.0
-"""Way [m] after which being back where it began means that it goes round and round."""
+TRAIL_STEP = 0.5
+"""Way [m] between two poses that are remembered along a wall."""
+
+ROUND_TRIP, ROUND, ROUND_TURN = 6, 0.4, 1.0
+"""Being back within so many m and rad of a pose so many steps ago is to go round and round."""
 
 
 @dataclass
@@ -69,56 +73,67 @@ class RandomPolicy:
 class FixedPolicy:
     """Follows the wall on its right at a fixed distance; without one it goes straight on.
 
-    It takes the rightmost way that is free: past the end of a wall that leads round it and
-    through doors, in a corner to the left. Back where it began it has gone round a pillar: then
+    It takes the first free way to the left of the wall: past the end of a wall that leads round it
+    and through doors, in a corner to the left. Back where it began it has gone round a pillar: then
     it leaves for another wall.
     """
 
     body: Body = field(default_factory=lambda: Body(gap=0.14, speed=0.45))
-    _began: NDArray[np.float64] | None = None
-    """Odometry (3,) where it began to follow this wall."""
-    _way: float = 0.0
-    _last: NDArray[np.float64] | None = None
-    _leaving: float | None = None
-    """Heading [rad] in odom with which it leaves a wall."""
+    _trail: list[NDArray[np.float64]] = field(default_factory=list)
+    """Odometry (3,) along this wall, a step of the trail apart."""
+    _heading: float | None = None
+    """Heading [rad] in odom to which it turns on the spot, whatever it sees meanwhile."""
+    _is_leaving: bool = False
 
     def step(self, situation: Situation) -> Speeds:
         """Return the speeds until the next step."""
-        here = situation.odom_from_base
-        self._way += 0.0 if self._last is None else float(np.hypot(*(here - self._last)[:2]))
-        self._last = here
-        if self._leaving is not None:
-            return self._leave(situation, self._leaving)
-        if self._is_round(here):
-            self._leaving = float(here[2]) + np.pi / 2.0
-            self._began = None
-        return self._follow(situation)
-
-    def _follow(self, situation: Situation) -> Speeds:
         view, here = situation.view, situation.odom_from_base
-        x, y = view.points.T
-        is_right = (y < 0.0) & (np.abs(x) < -2.0 * y)
-        is_along = bool((np.hypot(x, y)[is_right] < NEAR_WALL).any())
-        if is_along and self._began is None:
-            self._began, self._way = here, 0.0
+        if self._is_round(here):
+            self._trail, self._is_leaving = [], True
+            self._heading = float(here[2]) + np.pi / 2.0
+        bearing = self._left_to_turn(here)
+        if bearing is None:
+            bearing = self._wanted(view)
+            if abs(bearing) > TURN_FIRST:
+                self._heading = float(here[2]) + bearing
+        return along(view, bearing, self.body)
+
+    def _left_to_turn(self, here: NDArray[np.float64]) -> float | None:
+        """Return the rest of a turn [rad]: what is seen on the way must not turn it back."""
+        if self._heading is None:
+            return None
+        left = float(difference(self._heading, float(here[2])))
+        if abs(left) <= TURN_FIRST:
+            self._heading = None
+            return None
+        return left
+
+    def _wanted(self, view: View) -> float:
+        """Return the bearing [rad] of the first free way to the left of the wall, or 0 without."""
         body = self.body.fitting(view, AHEAD - self.body.half_width)
-        rightmost = -np.pi / 2.0 if is_along else 0.0
-        angles = np.arange(rightmost, LEFTMOST, np.deg2rad(3.0))
+        self._is_leaving &= bool(view.reach(0.0, body.half_width)[0] > AHEAD)
+        wall = None if self._is_leaving else _wall_at(view)
+        angles = np.arange(0.0 if wall is None else wall, LEFTMOST, np.deg2rad(3.0))
         free = np.nonzero(view.reach(angles, body.half_width) > AHEAD)[0]
-        if len(free) == 0:
-            return 0.0, body.turn_rate
-        return along(view, float(angles[free[0]]), body)
+        return float(angles[free[0]]) if len(free) else LEFTMOST
 
     def _is_round(self, here: NDArray[np.float64]) -> bool:
-        if self._began is None or self._way < ROUND_TRIP:
+        """Say whether it has been here before, going the same way, and note that it has now."""
+        if self._is_leaving:
             return False
-        off = here - self._began
-        return bool(np.hypot(off[0], off[1]) < 0.4) and abs(difference(here[2], self._began[2])) < 1
+        if not self._trail or np.hypot(*(here - self._trail[-1])[:2]) > TRAIL_STEP:
+            self._trail.append(here)
+        return any(
+            np.hypot(*(here - then)[:2]) < ROUND and abs(difference(here[2], then[2])) < ROUND_TURN
+            for then in self._trail[:-ROUND_TRIP]
+        )
 
-    def _leave(self, situation: Situation, heading: float) -> Speeds:
-        """Turn away from the wall and go straight on until something is ahead."""
-        view, here = situation.view, situation.odom_from_base
-        bearing = difference(heading, float(here[2]))
-        if abs(bearing) < 0.2 and float(self.body.way(view, 0.0)[0]) < AHEAD:
-            self._leaving = None
-        return along(view, bearing, self.body)
+
+def _wall_at(view: View) -> float | None:
+    """Return the bearing [rad] of the nearest point that is near, on the right or ahead."""
+    x, y = view.points.T
+    bearings, distances = np.arctan2(y, x), np.hypot(x, y)
+    is_wall = (bearings < FRONT_LEFT) & (bearings > -LEFTMOST) & (distances < NEAR_WALL)
+    if not is_wall.any():
+        return None
+    return float(bearings[is_wall][np.argmin(distances[is_wall])])

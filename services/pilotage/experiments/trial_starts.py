@@ -24,7 +24,7 @@ LOOK_PERIOD = 1.0
 TURN_RATE, TURN_STEPS = 1.0, 63
 """A full turn on the spot: rad/s, and how many scans it takes."""
 
-PROBES, RARE = 10, 0.25
+PROBES, RARE = 12, 0.1
 """After so many turns on the spot a sight is given up if fewer than this share settle nothing."""
 
 DRAWS_PER_START = 12
