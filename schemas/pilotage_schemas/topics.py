@@ -145,9 +145,14 @@ _QUERIES = (
     Query("map_store", "mapper", c.MapStore, c.MapSaved, "take a map in", 30.0, is_command=False),
     Query("go_to", "planner", c.GoTo, c.Done, "drive to a pose of the map", 10.0),
     Query(
-        "localize_actively", "planner", c.LocalizeActively, c.Done, "drive so as to find out where"
+        "localize_actively",
+        "planner",
+        c.LocalizeActively,
+        c.Done,
+        "drive so as to find out where",
+        10.0,
     ),
-    Query("cancel", "planner", c.Nothing, c.Done, "give up going and localizing"),
+    Query("cancel", "planner", c.Nothing, c.Done, "give up going and localizing", 10.0),
     Query("look", "planner", c.Look, c.Done, "point the camera"),
     Query(
         "planner_status",
