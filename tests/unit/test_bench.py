@@ -5,7 +5,13 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from pilotage.bench import building_cases, grid_cases, mapping_cases, particle_cases
+from pilotage.bench import (
+    building_cases,
+    grid_cases,
+    mapping_cases,
+    particle_cases,
+    planner_cases,
+)
 from pilotage.bench.buildings import office_block
 from pilotage.bench.entry import Entry, Size, Stopwatch
 from pilotage.bench.suite import ENTRIES, run_suite
@@ -129,13 +135,14 @@ def test_the_suite_measures_everything_and_says_how_much_there_is(
     monkeypatch.setattr(building_cases, "AREAS", (36.0, 49.0, 64.0, 81.0, 100.0))
     monkeypatch.setattr(mapping_cases, "REDRAWN", 5)
     monkeypatch.setattr(mapping_cases, "SCANS", 4)
-    for module in (building_cases, particle_cases, mapping_cases):
+    for module in (building_cases, particle_cases, mapping_cases, planner_cases):
         monkeypatch.setattr(module, "office_floor", small_office)
         monkeypatch.setattr(module, "OFFICE_CORRIDOR", (1.5, 7.0, 5.0))
     monkeypatch.setattr(building_cases, "CORRIDOR_MIDDLE", 3.0)
     monkeypatch.setattr(building_cases, "TRACKED", 3)
     monkeypatch.setattr(particle_cases, "COUNTS", (200, 300))
     monkeypatch.setattr(particle_cases, "UPDATES", 2)
+    monkeypatch.setattr(planner_cases, "SAMPLES", 50)
     monkeypatch.setattr("pilotage.bench.suite.exact_posterior_case", small_posterior)
     entries = [*run_suite(Stopwatch(Ticking()), lambda: 0.0)]
     assert len(entries) == ENTRIES
@@ -144,7 +151,7 @@ def test_the_suite_measures_everything_and_says_how_much_there_is(
     assert by_name["square hall: predict and update by 4 ranges and a compass"].size == Size(
         1_620_000, 4
     )
-    assert {entry.size.beams for entry in entries} == {0, 4, 60, 361}
+    assert {entry.size.beams for entry in entries} == {0, 4, 36, 60, 361}
     tracking = [entry for entry in entries if entry.name.endswith("while tracking")]
     assert len(tracking) == len(building_cases.AREAS) + 1
     assert tracking[-1].extra["localized_share"] == 1.0

@@ -21,6 +21,12 @@ WARM_UPS = [
     "pilotage.mapper.sonar_arcs:warm_up",
     "pilotage.mapper.arc_median:warm_up",
     "pilotage.mapper.temporal_filter:warm_up",
+    "pilotage.planner.information:warm_up",
+    "pilotage.planner.hypotheses:warm_up",
+    "pilotage.planner.expected_scans:warm_up",
+    "pilotage.planner.common_ground:warm_up",
+    "pilotage.planner.map_potential:warm_up",
+    "pilotage.planner.potential_field:warm_up",
     "pilotage.planner.path_kernels:warm_up",
 ]
 """`module:function`, by name because core lies below the services and may not import them."""
