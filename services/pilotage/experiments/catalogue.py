@@ -7,6 +7,8 @@ from pilotage.experiments import (
     corridor,
     kidnap,
     narrow_opening,
+    robocup,
+    similar_rooms,
     sonar_complex,
     sonar_simple,
     square_hall,
@@ -64,5 +66,17 @@ CATALOGUE = {
         "Li 2008, figures 5-8 to 5-10 and table 5-5",
         20,
         narrow_opening.conduct,
+    ),
+    "robocup": Experiment(
+        "active localization by landmarks, many and unlike: beside a fixed path and chance",
+        "Liu et al. 2008, figures 1 and 2",
+        100,
+        robocup.conduct,
+    ),
+    "similar-rooms": Experiment(
+        "active localization where both halves look the same: beside a fixed path and chance",
+        "Liu et al. 2008, figures 3 and 4",
+        100,
+        similar_rooms.conduct,
     ),
 }

@@ -28,7 +28,7 @@ Sharpness = tuple[float, float, float, float]
 """Range error as a share, bearing error [rad], outlier intensity, and blur of the position [m]."""
 CUT = 4.0
 """Standard deviations beyond which a landmark does not fit; e^-8 is far below any outlier."""
-LEAST = 0.02
+LEAST = 0.05
 """Landmarks recognised less often than this are not reckoned with."""
 
 
@@ -55,7 +55,8 @@ class Camera:
 class Views(NamedTuple):
     """All landmarks from each of n poses: `ranges`, `bearings` (off the heading), `shares` (n, l).
 
-    `shares`: the probability that a landmark is recognised if the camera points to it.
+    `shares`: the probability that a landmark is recognised if the camera points to it; what is
+    hardly ever recognised has none, and no bearing.
     """
 
     ranges: Array
@@ -114,12 +115,14 @@ def _look(sources: Sources, poses: Array, views: Views) -> None:
         x, y, theta = poses[i]
         for at in range(len(sources.positions)):
             dx, dy = sources.positions[at, 0] - x, sources.positions[at, 1] - y
-            distance, direction = np.hypot(dx, dy), np.arctan2(dy, dx)
+            distance = np.sqrt(dx * dx + dy * dy)
             share = recognised(distance, sources.reaches[at], sources.falls[at])
-            is_hidden = share >= LEAST and not is_in_sight(sources.walls, x, y, direction, distance)
-            views.ranges[i, at] = distance
-            views.bearings[i, at] = direction - theta
-            views.shares[i, at] = 0.0 if is_hidden or share < LEAST else share
+            views.ranges[i, at], views.bearings[i, at], views.shares[i, at] = distance, 0.0, 0.0
+            if share >= LEAST:
+                direction = np.arctan2(dy, dx)
+                views.bearings[i, at] = direction - theta
+                if is_in_sight(sources.walls, x, y, direction, distance):
+                    views.shares[i, at] = share
 
 
 @kernel

@@ -1,0 +1,116 @@
+"""The base filter of Liu et al. 2008: Monte Carlo localization with a fixed number of particles."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.angles import circular_mean, wrap
+from pilotage.experiments.active_robot import MOTION_ERROR
+from pilotage.experiments.landmark_field import CARPET
+from pilotage.localizer.particle_resampling import draw, effective_number
+from pilotage.planner.landmark_localization import Move, predicted
+from pilotage.planner.landmark_views import Camera, sighting_log_likelihoods
+from pilotage.planner.potential_field import Sources
+from pilotage.planner.situation import Hypotheses
+
+Array = NDArray[np.float64]
+Sightings = tuple[NDArray[np.int64], Array]
+"""Kinds (s,), and values (s, 2): range [m] and bearing off the heading [rad]."""
+RESAMPLED_BELOW = 0.5
+"""Share of effective particles."""
+ROUGHENING = 0.2
+"""K of Gordon, Salmond & Smith 1993: copies of a particle part by K E N^(-1/d), E the extent of
+the belief. A few particles per square metre lie farther apart than a camera measures, and a step
+of 0.10 m spreads copies by 0.01 m only: without this the place where the robot is would often die
+out before any other policy or camera could matter."""
+RESET = 0.02
+"""Share of the belief that what is seen now may put elsewhere."""
+EXTENT = float(np.sqrt(12.0))
+"""Of a uniform belief, in standard deviations."""
+
+
+class LandmarkFilter:
+    """Particles anywhere on the carpet at first."""
+
+    def __init__(self, sources: Sources, camera: Camera, count: int, seed: list[int]) -> None:
+        self._sources = sources
+        self._camera = camera
+        self._seed = seed
+        self._count = count
+        rng = np.random.default_rng(seed)
+        half = np.array([CARPET[0] / 2.0, CARPET[1] / 2.0, np.pi])
+        self.belief = Hypotheses(rng.uniform(-half, half, (count, 3)), np.full(count, 1.0 / count))
+        self.estimate = mean_place(self.belief)
+
+    def update(self, move: Move, gaze: float, sightings: Sightings, step: int) -> None:
+        """Take in a move, where the camera pointed then, and what it recognised.
+
+        `step` chooses the random numbers: the same for all policies.
+        """
+        rng = np.random.default_rng([*self._seed, step])
+        errors = MOTION_ERROR * rng.standard_normal((self._count, 2))
+        moved = predicted(self.belief, move, errors)
+        weighed = self._weighed(moved, gaze, sightings)
+        self.estimate = mean_place(weighed)
+        self.belief = self._reset(self._resampled(weighed, rng), sightings, rng)
+
+    def _resampled(self, belief: Hypotheses, rng: np.random.Generator) -> Hypotheses:
+        """Return the belief drawn anew, if few particles count, and its copies parted.
+
+        Drawn by the roots of their weights, which they keep: a place that holds a hundredth of
+        the belief does not die out by chance (as in localizer/particle_filter.py).
+        """
+        if effective_number(belief.weights) >= RESAMPLED_BELOW * self._count:
+            return belief
+        roots = np.sqrt(belief.weights)
+        chosen = draw(roots / roots.sum(), self._count, rng)
+        shaken = roughening(belief) * rng.standard_normal((self._count, 3))
+        return Hypotheses(belief.poses[chosen] + shaken, roots[chosen] / roots[chosen].sum())
+
+    def _reset(
+        self, belief: Hypotheses, sightings: Sightings, rng: np.random.Generator
+    ) -> Hypotheses:
+        """Return the belief, some of its particles put to where the sightings could be made from.
+
+        Each sees one of the landmarks that one sighting may be of (Lenser & Veloso 2000).
+        """
+        kinds, values = sightings
+        count = round(RESET * self._count)
+        replaced = rng.choice(self._count, count, replace=False)
+        picks, turns, spots = rng.random(count), rng.random(count), rng.random(count)
+        if not len(kinds):
+            return belief
+        sighting = (picks * len(kinds)).astype(int)
+        firsts = self._sources.firsts
+        first, end = firsts[kinds[sighting]], firsts[kinds[sighting] + 1]
+        landmark = self._sources.positions[first + (spots * (end - first)).astype(int)]
+        direction = 2.0 * np.pi * turns
+        toward = np.column_stack([np.cos(direction), np.sin(direction)])
+        places = landmark - values[sighting, :1] * toward
+        poses, weights = belief.poses.copy(), belief.weights.copy()
+        poses[replaced] = np.column_stack([places, wrap(direction - values[sighting, 1])])
+        weights[replaced] = RESET / count
+        return Hypotheses(poses, weights / weights.sum())
+
+    def _weighed(self, belief: Hypotheses, gaze: float, sightings: Sightings) -> Hypotheses:
+        """Return the belief times the likelihood of what was seen."""
+        log_p = sighting_log_likelihoods(
+            self._sources, belief.poses, sightings,
+            (gaze, self._camera.half_view), self._camera.sharpness,
+        )  # fmt: skip
+        weights = belief.weights * np.exp(log_p - log_p.max())
+        return Hypotheses(belief.poses, weights / weights.sum())
+
+
+def roughening(belief: Hypotheses) -> Array:
+    """Return by how much copies of a particle part [m, m, rad]."""
+    weights, poses = belief.weights, belief.poses
+    spread = np.sqrt(weights @ (poses[:, :2] - mean_place(belief)) ** 2)
+    turn = np.sqrt(weights @ wrap(poses[:, 2] - circular_mean(poses[:, 2], weights)) ** 2)
+    extent: Array = EXTENT * np.array([*spread, turn])
+    return ROUGHENING * extent * len(weights) ** (-1.0 / 3.0)
+
+
+def mean_place(belief: Hypotheses) -> Array:
+    """Return the mean position (2,) of a belief [m]."""
+    mean: Array = belief.weights @ belief.poses[:, :2]
+    return mean
