@@ -21,6 +21,8 @@ from playwright.sync_api import (
 
 from browser.live_gateway import LiveGateway
 from browser.looks import wait_for_commands, wait_for_places
+from browser.planning_looks import next_look
+from browser.planning_show import PlanningShow
 from browser.show import Script, Show
 
 DESKTOP = {"width": 1440, "height": 900}
@@ -61,6 +63,13 @@ def show(gateway: LiveGateway) -> Iterator[Show]:
 
 
 @pytest.fixture
+def planning(gateway: LiveGateway) -> Iterator[PlanningShow]:
+    """A robot that could be in three places, and a planner."""
+    with PlanningShow(gateway) as running:
+        yield running
+
+
+@pytest.fixture
 def open_page(browser: Browser, gateway: LiveGateway) -> Iterator[OpenPage]:
     """Open the page in a fresh profile; it must neither load from elsewhere nor fail."""
     with watched_pages(browser, gateway) as opened:
@@ -97,6 +106,48 @@ def desk(shared_desk: Desk) -> Desk:
     wait_for_commands(shared_desk.page)
     shared_desk.show.asked.clear()
     return shared_desk
+
+
+@dataclass
+class PlanningDesk:
+    """A page and the planning robot behind it, shared by the tests of one module."""
+
+    page: Page
+    show: PlanningShow
+
+
+@pytest.fixture(scope="module")
+def shared_planning(browser: Browser) -> Iterator[PlanningDesk]:
+    """One gateway, page and robot that plans for many tests."""
+    with (
+        LiveGateway() as gateway,
+        PlanningShow(gateway) as show,
+        watched_pages(browser, gateway) as opened,
+    ):
+        yield PlanningDesk(opened(), show)
+
+
+@pytest.fixture
+def planning_desk(shared_planning: PlanningDesk) -> PlanningDesk:
+    """The shared page as if it were opened for the first time, the planner idle."""
+    shared_planning.show.begin_anew()
+    shared_planning.page.evaluate("localStorage.clear()")
+    shared_planning.page.reload()
+    wait_for_places(shared_planning.page)
+    expect(next_look(shared_planning.page)).to_have_text("Idle Nothing is planned.")
+    return shared_planning
+
+
+@pytest.fixture
+def planning_page(planning_desk: PlanningDesk) -> Page:
+    """The page before a robot that plans."""
+    return planning_desk.page
+
+
+@pytest.fixture
+def planning_show(planning_desk: PlanningDesk) -> PlanningShow:
+    """The robot that plans."""
+    return planning_desk.show
 
 
 @contextlib.contextmanager

@@ -48,6 +48,7 @@ class Script:
     pose: tuple[float, float, float] | None = None
     silent: frozenset[str] = frozenset()
     localizer: tuple[tuple[str, Any], ...] = ()
+    planner: str = ""
     commands: tuple[str, ...] = COMMANDS
 
 
@@ -273,7 +274,7 @@ def status(now: int, script: Script) -> RobotStatus:
 
 
 def deployment(now: int, script: Script) -> Deployment:
-    """Return all processes well, but for what the script says of the localizer."""
+    """Return all processes well, but for what the script says; without planner if it says none."""
 
     def process(name: str, **changes: object) -> Process:
         fields: dict[str, object] = {"name": name, "state": "ready", "pid": 4711}
@@ -281,8 +282,11 @@ def deployment(now: int, script: Script) -> Deployment:
         fields |= {"limit": 1.0, "restarts": 0, "try_number": 0, "max_tries": 5, "reason": ""}
         return Process.model_validate(fields | changes)
 
-    names = ("router", "mapper", "robot", "localizer", "gateway")
-    changes = {"localizer": dict(script.localizer)}
+    names = ["router", "mapper", "robot", "localizer", "gateway"]
+    changes: dict[str, dict[str, Any]] = {"localizer": dict(script.localizer)}
+    if script.planner:
+        names.append("planner")
+        changes["planner"] = {"state": script.planner}
     processes = tuple(process(name, **changes.get(name, {})) for name in names)
     return Deployment(stamp_ns=now, frame_id="", processes=processes)
 

@@ -3,10 +3,12 @@
 export class RefusedError extends Error {}
 
 export class Commands {
-  /** `robot()` is the robot's address below the API, `token()` the bearer token or null. */
-  constructor(robot, token) {
-    this.robot = robot;
-    this.token = token;
+  /**
+   * `robot()` is the robot's address below the API, `token()` the bearer token or null;
+   * `onForbidden()` hears when that token turns out to allow no commands.
+   */
+  constructor(robot, token, onForbidden = () => {}) {
+    Object.assign(this, { robot, token, onForbidden });
   }
 
   /** Returns the reply of a command, or throws RefusedError with the reason as a sentence. */
@@ -21,6 +23,7 @@ export class Commands {
       throw new RefusedError("The gateway cannot be reached");
     }
     const answer = await response.json().catch(() => ({}));
+    if (response.status === 403) this.onForbidden();
     if (!response.ok) throw new RefusedError(answer.detail ?? `The gateway answered ${response.status}`);
     return answer;
   }

@@ -1,17 +1,36 @@
 // Wheel, drag, pinch and keys to view; while a pose is aimed, drags belong to the aim.
+//
+// A finger that rests sets a goal: what it does from then on aims it.
 
 const KEY_PAN = 48;
 const ZOOM_STEP = 1.4;
 const WHEEL = 0.0015;
+const LONG_MS = 400;
+const LONG_PX = 8;
 
 /** Lets `canvas` be panned, zoomed and turned; `aim` may take presses, `onHover` hears points. */
-export function startGestures(canvas, view, { aim, onMove, onHover }) {
+export function startGestures(canvas, view, { aim, onMove, onHover, onLongPress }) {
   const pointers = new Map();
+  let resting = null;
+
+  const rest = (point) => {
+    const timer = setTimeout(() => {
+      resting = null;
+      onLongPress(point);
+    }, LONG_MS);
+    resting = { point, timer };
+  };
+  const unrest = () => {
+    clearTimeout(resting?.timer);
+    resting = null;
+  };
 
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, at(event));
+    unrest();
     if (aim.isActive && pointers.size === 1) aim.press(at(event));
+    else if (event.pointerType === "touch" && pointers.size === 1) rest(at(event));
     canvas.classList.add("is-dragging");
   });
 
@@ -20,6 +39,9 @@ export function startGestures(canvas, view, { aim, onMove, onHover }) {
     const before = pointers.get(event.pointerId);
     if (!before) return;
     const now = at(event);
+    // A finger is never quite still: until it has gone some way, it rests.
+    if (resting && span(resting.point, now).length < LONG_PX) return;
+    unrest();
     if (aim.isActive && pointers.size === 1) aim.drag(now);
     else if (pointers.size === 1) drag(before, now);
     else if (pointers.size === 2) pinch(event.pointerId, before, now);
@@ -27,6 +49,7 @@ export function startGestures(canvas, view, { aim, onMove, onHover }) {
   });
 
   const release = (event) => {
+    unrest();
     if (aim.isActive && pointers.has(event.pointerId)) aim.release();
     pointers.delete(event.pointerId);
     if (pointers.size === 0) canvas.classList.remove("is-dragging");
@@ -45,6 +68,9 @@ export function startGestures(canvas, view, { aim, onMove, onHover }) {
     },
     { passive: false },
   );
+
+  // The menu that a resting finger opens elsewhere would cover the goal.
+  canvas.addEventListener("contextmenu", (event) => event.pointerType === "touch" && event.preventDefault());
 
   canvas.addEventListener("dblclick", (event) => {
     if (aim.isActive) return;

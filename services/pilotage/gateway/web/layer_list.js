@@ -9,6 +9,9 @@ export const LAYERS = [
   { id: "trail", name: "Trail", colour: "trail", form: "line", topic: "pose", from: "localizer" },
   { id: "scan", name: "Scan", colour: "text-2", form: "dots", topic: "scan", from: "robot", off: true },
   { id: "truth", name: "Reference", colour: "text-2", form: "dashes", topic: "ground_truth", from: "robot" },
+  { id: "potential", name: "Potential", colour: "goal", form: "contours", topic: "potential", from: "planner" },
+  { id: "looks", name: "Looks", colour: "robot", form: "diamond", topic: "plan", from: "planner" },
+  { id: "goal", name: "Goal", colour: "goal", form: "cross", topic: "goal", from: "planner" },
 ];
 const ON_PHONE = 3;
 
@@ -18,6 +21,9 @@ const FORMS = {
   line: "M1 6h14",
   dots: "M2 6h.1M6 6h.1M10 6h.1M14 6h.1",
   dashes: "M1 6h4M7 6h3M12 6h3",
+  contours: "M1 11C3 1 13 1 15 11M5 11c1-4 5-4 6 0",
+  diamond: "M8 1l5 5-5 5-5-5z",
+  cross: "M8 1a5 5 0 1 1 0 10A5 5 0 1 1 8 1zM8 4v4M6 6h4",
 };
 
 export class LayerList {
@@ -50,14 +56,16 @@ export class LayerList {
   toggle(id) {
     if (this.shown.has(id)) this.shown.delete(id);
     else this.shown.add(id);
-    settings.set("layers", [...this.shown]);
+    // Choices are kept, not the list: layers that a later version adds are shown all the same.
+    settings.set("layers", { ...settings.get("layers", {}), [id]: this.shown.has(id) });
     this.show();
   }
 
   /** Takes the remembered layers, or those shown at first. */
   restore() {
-    const first = LAYERS.filter((layer) => !layer.off).map((layer) => layer.id);
-    this.shown = new Set(settings.get("layers", first));
+    const chosen = settings.get("layers", {});
+    const shown = LAYERS.filter(({ id, off }) => chosen[id] ?? !off);
+    this.shown = new Set(shown.map(({ id }) => id));
     this.show();
   }
 

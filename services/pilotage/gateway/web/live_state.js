@@ -9,6 +9,8 @@ export class LiveState {
     this.retryS = 0;
     this.lostAtMs = null;
     this.contactMs = null;
+    /** Why no command may be given by this page, once that is known. */
+    this.forbidden = null;
   }
 
   /** Calls `listener(entry)` at each message of `topic`. */

@@ -16,6 +16,7 @@ import { AgePercentile, Series } from "./history.js";
 import { LayerList } from "./layer_list.js";
 import { LiveState } from "./live_state.js";
 import { Mapping } from "./mapping.js";
+import { NextLook } from "./next_look.js";
 import { startNotice } from "./notice.js";
 import { Panel } from "./panel.js";
 import { Places } from "./places.js";
@@ -57,8 +58,10 @@ let scene = null;
 const layers = new LayerList(state, () => scene?.touch());
 const live = find("#live");
 scene = new Scene({ floor: find("#floor"), live, view, state, layers, places });
-const commands = new Commands(() => robot, () => token);
-const aim = new Aim(view, scene, (body) => commands.send("set_pose", body));
+const commands = new Commands(() => robot, () => token, () => {
+  state.forbidden = "Your token lets you look only";
+});
+const aim = new Aim(view, scene, (command, body) => commands.send(command, body));
 const tools = startTools({ view, scene, layers, aim });
 const readout = new Readout(view, scene, state);
 const popover = new Popover();
@@ -75,13 +78,22 @@ const panel = new Panel(state, places, {
   },
 });
 const actions = new Actions(state, commands, aim);
+const nextLook = new NextLook(state, voices);
 const driving = new Driving(state, commands);
 const mapping = new Mapping(state, commands, () => token);
 const staleness = new Staleness(state, view, scene);
 const charts = new Charts(series, marks, clock, (at) => showGhost(at));
 new Stop(commands, voices, popover);
 
-startGestures(live, view, { aim, onMove: tools.moved, onHover: (point) => readout.point(point) });
+startGestures(live, view, {
+  aim,
+  onMove: tools.moved,
+  onHover: (point) => {
+    readout.point(point);
+    scene.point(point);
+  },
+  onLongPress: (point) => actions.sendGoalAt(point),
+});
 startTheme(find("[data-theme-switch]"), () => {
   scene.recolour();
   charts.palette = scene.palette;
@@ -131,7 +143,8 @@ state.on("pose", ({ message }) => {
   while (now - poses[0].at > 120_000) poses.shift();
   if (state.isRealTime()) ages.add(now, state.age("pose") * 1000);
 });
-for (const topic of ["scan", "sonar", "ground_truth"]) state.on(topic, () => scene.touch());
+state.on("potential", ({ message }) => scene.takePotential(message));
+for (const topic of ["scan", "sonar", "ground_truth", "plan", "path", "goal", "planning_status"]) state.on(topic, () => scene.touch());
 
 function sample() {
   const now = clock.unixMs();
@@ -154,6 +167,7 @@ function showWords() {
   if (document.hidden) return;
   strip.update();
   panel.update();
+  nextLook.update();
   actions.update();
   driving.update();
   mapping.update();

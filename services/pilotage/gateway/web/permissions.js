@@ -1,10 +1,15 @@
 // Which command can be given now, and if not, why not: null means that it can.
 
+import { absence } from "./planning.js";
+
 const NAMES = {
   set_pose: "localizer",
   relocalize: "localizer",
   map_start: "mapper",
   map_stop: "mapper",
+  go_to: "planner",
+  localize_actively: "planner",
+  cancel: "planner",
 };
 const UNAVAILABLE = new Set(["down", "given_up", "stopped"]);
 
@@ -12,10 +17,12 @@ const UNAVAILABLE = new Set(["down", "given_up", "stopped"]);
 export function obstacle(name, state) {
   if (state.link !== "open") return "No contact";
   if (state.message("link")?.connected === false) return "The gateway has lost the bus";
+  if (state.forbidden) return state.forbidden;
   const service = NAMES[name] ?? "robot";
   const process = state.message("deployment")?.processes.find((p) => p.name === service);
   if (process && UNAVAILABLE.has(process.state)) return `The ${service} is down`;
   if (service === "mapper") return mapperObstacle(state);
+  if (service === "planner") return plannerObstacle(name, state);
   return service === "localizer" ? localizerObstacle(state) : robotObstacle(name, state);
 }
 
@@ -28,6 +35,13 @@ function mapperObstacle(state) {
 function localizerObstacle(state) {
   if (state.isMapping()) return "A map is being made";
   return state.entry("map") ? null : "There is no map yet";
+}
+
+function plannerObstacle(name, state) {
+  if (state.message("status")?.source === "replay") return "A recorded run cannot be driven";
+  const missing = absence(state);
+  if (missing) return missing.reason;
+  return name === "cancel" ? null : localizerObstacle(state);
 }
 
 function robotObstacle(name, state) {

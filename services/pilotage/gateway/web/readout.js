@@ -23,6 +23,8 @@ export class Readout {
     const [row, col] = [local.y, local.x].map((value) => Math.floor(value / grid.resolution));
     const mass = this.scene.belief.massAt({ x, y });
     const share = mass === null ? "" : ` · mass ${withUnit(mass * 100, 2, "%")}`;
-    setText(find("#readout"), `x ${number(x, 2)} y ${number(y, 2)}\u202fm · cell ${row}, ${col}${share}`);
+    const height = this.scene.layers.has("potential") ? this.scene.potential.valueAt({ x, y }) : null;
+    const rise = height === null ? "" : ` · potential ${number(height, 2)}`;
+    setText(find("#readout"), `x ${number(x, 2)} y ${number(y, 2)}\u202fm · cell ${row}, ${col}${share}${rise}`);
   }
 }

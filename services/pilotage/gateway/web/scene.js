@@ -3,8 +3,12 @@
 // Drawn on demand: a frame is asked for when something has changed, and none while hidden.
 
 import { BeliefLayer } from "./layers/belief.js";
-import { drawModes } from "./layers/modes.js";
-import { drawAim, drawOutline, drawRobot } from "./layers/robot.js";
+import { drawCandidates, drawWayThere, labelChosen, labelOthers } from "./layers/candidates.js";
+import { drawGoal, drawPath } from "./layers/goal.js";
+import { Labels } from "./layers/labels.js";
+import { drawModes, labelModes } from "./layers/modes.js";
+import { PotentialLayer } from "./layers/potential.js";
+import { drawOutline, drawPoseAim, drawRobot } from "./layers/robot.js";
 import { drawGrid, drawScaleBar } from "./layers/ruler.js";
 import { drawEnds, scanEnds, sonarEnds } from "./layers/scan.js";
 import { drawTrail } from "./layers/trail.js";
@@ -12,6 +16,7 @@ import { Walls } from "./layers/walls.js";
 import { drawWay } from "./layers/way.js";
 import { Trail, TRAIL_MS } from "./history.js";
 import { readPalette } from "./palette.js";
+import { intentions } from "./planning.js";
 import { RobotMotion } from "./robot_motion.js";
 
 const RATIO_MAX = 2;
@@ -25,12 +30,15 @@ export class Scene {
     this.palette = readPalette();
     this.walls = new Walls();
     this.belief = new BeliefLayer(this.walls);
+    this.potential = new PotentialLayer(this.walls, () => this.touch());
     this.trail = new Trail();
     this.motion = new RobotMotion();
     this.lit = null;
     this.ghost = null;
     this.aim = null;
+    this.pointer = null;
     this.isOld = false;
+    this.isPlanOld = false;
     this.covered = 0;
     this.drawnAt = 0;
     this.isPhone = matchMedia("(width < 760px)");
@@ -42,6 +50,7 @@ export class Scene {
     this.walls.take(grid, this.palette);
     this.view.bounds = this.walls.bounds();
     this.belief.colour(this.palette);
+    this.potential.forget();
     this.touchFloor();
   }
 
@@ -56,6 +65,16 @@ export class Scene {
   takeBelief(belief) {
     this.belief.take(belief?.marginal ?? null, this.palette);
     this.touch();
+  }
+
+  takePotential(message) {
+    this.potential.take(message);
+  }
+
+  /** Takes where the pointer is, or null. */
+  point(at) {
+    this.pointer = at;
+    if (this.layers.has("potential") && this.potential.field) this.touch();
   }
 
   takePose(estimate, atMs) {
@@ -133,7 +152,10 @@ export class Scene {
   drawLive(robot) {
     const { view, palette, layers, state } = this;
     const context = this.cleared(this.live);
+    const plan = intentions(state);
+    const inks = this.planInks();
     if (layers.has("belief")) this.belief.draw(context, view, this.ratio);
+    if (layers.has("potential")) this.potential.draw(context, view, this.ratio, inks.goal);
     this.inPixels(context);
     const way = state.message("mapped_path");
     if (layers.has("trail") && state.isMapping() && way) drawWay(context, view, palette, way.poses);
@@ -145,17 +167,58 @@ export class Scene {
     const isTrueMap = !state.message("mapping_status")?.sensor;
     const truth = layers.has("truth") && isTrueMap && state.message("ground_truth");
     if (truth) drawOutline(context, view, palette["text-2"], truth.pose);
-    this.drawPlaces(context, robot);
+    if (layers.has("goal")) this.drawGoing(context, inks, plan);
+    if (layers.has("looks")) this.drawLooks(context, inks, plan, robot);
+    this.drawPlaces(context);
     if (robot) this.drawRobot(context, robot);
+    this.drawLabels(context, inks, plan, robot);
     if (this.ghost) drawOutline(context, view, palette.robot, this.ghost);
-    if (this.aim) drawAim(context, view, palette, this.aim);
+    if (this.aim) this.drawAim(context);
+    else if (layers.has("potential") && this.pointer) {
+      this.potential.drawArrow(context, view, inks, this.pointer);
+    }
   }
 
-  drawPlaces(context, robot) {
+  /** The colours of what the planner wants: grey when it has gone silent. */
+  planInks() {
+    const { palette } = this;
+    return this.isPlanOld ? { ...palette, goal: palette.stale, robot: palette.stale } : palette;
+  }
+
+  drawGoing(context, inks, { goal, path, hasHeading, isLooking }) {
+    if (path && !isLooking) drawPath(context, this.view, inks, path.poses);
+    if (goal) drawGoal(context, this.view, inks, goal, hasHeading);
+  }
+
+  drawLooks(context, inks, { candidates, path }, robot) {
+    if (!candidates.length) return;
+    drawWayThere(context, this.view, inks, { candidates, path, robot });
+    drawCandidates(context, this.view, inks, candidates);
+  }
+
+  drawPlaces(context) {
     if (!this.layers.has("places")) return;
-    const at = robot && this.view.toScreen(robot);
     const { list, best } = this.places;
-    drawModes(context, this.view, this.palette, list, { best, lit: this.lit, robot: at });
+    drawModes(context, this.view, this.palette, list, { best, lit: this.lit });
+  }
+
+  /** Labels give way to each other: first the chosen look, then the places, then other looks. */
+  drawLabels(context, inks, { candidates, goal }, robot) {
+    const { view, layers } = this;
+    const labels = new Labels(context, view.size, robot && view.toScreen(robot));
+    if (goal && layers.has("goal")) labels.keepFree(view.toScreen(goal), 12);
+    const looks = layers.has("looks") ? candidates : [];
+    const places = layers.has("places") ? this.places.list : [];
+    for (const { pose } of places) labels.keepFree(view.toScreen(pose), 10);
+    labelChosen(labels, view, inks, looks);
+    labelModes(labels, view, this.palette, places);
+    labelOthers(labels, view, inks, looks);
+  }
+
+  drawAim(context) {
+    const { view, palette, aim } = this;
+    if (aim.isGoal) drawGoal(context, view, palette, aim, aim.isTurned);
+    else drawPoseAim(context, view, palette, aim);
   }
 
   drawRobot(context, robot) {

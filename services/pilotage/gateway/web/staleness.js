@@ -4,6 +4,7 @@
 import { find, setText } from "./elements.js";
 import { GONE_S, STALE_S } from "./status.js";
 import { seconds } from "./format.js";
+import { isSilent } from "./planning.js";
 
 const PATIENCE_MS = 2000;
 
@@ -27,6 +28,9 @@ export class Staleness {
     stage.toggle("is-lost", this.state.contactMs !== null && !this.state.isLinked());
     if (isOld !== this.scene.isOld) this.scene.touch();
     this.scene.isOld = isOld;
+    const isPlanOld = isSilent(this.state);
+    if (isPlanOld !== this.scene.isPlanOld) this.scene.touch();
+    this.scene.isPlanOld = isPlanOld;
     this.showAge(isOld ? age : null);
     this.showWaiting();
   }

@@ -79,6 +79,7 @@ export const mainRate = (health) => mainStream(health)?.rate_hz ?? null;
 const MEANING = {
   localizer: "The pose on the map is frozen",
   mapper: "The map is frozen",
+  planner: "Nothing drives by itself",
   robot: "Nothing comes from the robot; its watchdog has stopped it",
   router: "Nothing gets through; everyone waits for the router",
   launcher: "Nobody restarts what fails",

@@ -35,7 +35,7 @@ export function drawOutline(context, view, colour, pose) {
 }
 
 /** Draws the pose that is being set, with the line along which it is aimed. */
-export function drawAim(context, view, palette, pose) {
+export function drawPoseAim(context, view, palette, pose) {
   const at = view.toScreen(pose);
   const angle = view.screenAngle(pose.theta);
   context.beginPath();
