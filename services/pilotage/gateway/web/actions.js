@@ -97,7 +97,7 @@ export class Actions {
     const reason = obstacle("localize_actively", this.state);
     this.always.disabled = reason !== null;
     if (!this.isAsking) this.always.checked = this.planning?.always_localizes ?? false;
-    this.note(find("#always-note"), "always", null, "");
+    this.note(find("#always-note"), "always", reason, "");
   }
 
   get onward() {

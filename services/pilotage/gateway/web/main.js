@@ -100,7 +100,7 @@ startTheme(find("[data-theme-switch]"), () => {
   charts.draw();
 });
 const frameMap = () => {
-  view.inset = frameFor(scene.covered, notice.isShown);
+  view.inset = frameFor(scene.covered, notice.isShown, find("#layers").offsetHeight);
   if (view.isFitted) view.fit(false);
   scene.touchFloor();
 };
@@ -109,6 +109,8 @@ startSheet((covered) => {
   scene.covered = covered;
   frameMap();
 });
+// Chips that need a second line must not lie on the map.
+new ResizeObserver(frameMap).observe(find("#layers"));
 
 state.on("map", ({ message }) => {
   const before = scene.walls.grid?.map_id;

@@ -158,10 +158,10 @@ export class View {
 
 /**
  * The part of the canvas that nothing floats over: `covered` px at the bottom belong to the
- * sheet of a phone, and the notice takes a line at the top.
+ * sheet of a phone, the notice takes a line at the top, and the layers' chips `chips` px.
  */
-export function frameFor(covered, hasNotice) {
-  const top = 56 + (hasNotice ? 36 : 0);
+export function frameFor(covered, hasNotice, chips = 32) {
+  const top = 24 + Math.max(32, covered > 0 ? 32 : chips) + (hasNotice ? 36 : 0);
   return covered > 0
     ? { top: top + 12, right: 16, bottom: covered + 56, left: 16 }
     : { top, right: 68, bottom: 84, left: 16 };
