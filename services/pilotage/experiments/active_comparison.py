@@ -93,11 +93,6 @@ def conduct_trial(
     return Trial(np.array(path), np.array(errors))
 
 
-def mean_errors(trials: list[Trial]) -> Array:
-    """Return the mean error (steps + 1,) over runs [m]."""
-    return np.mean([trial.errors for trial in trials], axis=0)
-
-
 def convergence_step(errors: Array) -> int | None:
     """Return the first step from which errors (steps + 1,) stay below CONVERGED; None if never."""
     above = np.nonzero(errors >= CONVERGED)[0]

@@ -3,13 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.core.angles import circular_mean, wrap
+from pilotage.core.angles import wrap
 from pilotage.experiments.active_robot import MOTION_ERROR
 from pilotage.experiments.landmark_field import CARPET
 from pilotage.localizer.particle_resampling import draw, effective_number
 from pilotage.planner.landmark_localization import Move, predicted
 from pilotage.planner.landmark_views import Camera, sighting_log_likelihoods
 from pilotage.planner.potential_field import Sources
+from pilotage.planner.sample_spacing import sample_spacing
 from pilotage.planner.situation import Hypotheses
 
 Array = NDArray[np.float64]
@@ -17,15 +18,8 @@ Sightings = tuple[NDArray[np.int64], Array]
 """Kinds (s,), and values (s, 2): range [m] and bearing off the heading [rad]."""
 RESAMPLED_BELOW = 0.5
 """Share of effective particles."""
-ROUGHENING = 0.2
-"""K of Gordon, Salmond & Smith 1993: copies of a particle part by K E N^(-1/d), E the extent of
-the belief. A few particles per square metre lie farther apart than a camera measures, and a step
-of 0.10 m spreads copies by 0.01 m only: without this the place where the robot is would often die
-out before any other policy or camera could matter."""
 RESET = 0.02
 """Share of the belief that what is seen now may put elsewhere."""
-EXTENT = float(np.sqrt(12.0))
-"""Of a uniform belief, in standard deviations."""
 
 
 class LandmarkFilter:
@@ -56,14 +50,16 @@ class LandmarkFilter:
     def _resampled(self, belief: Hypotheses, rng: np.random.Generator) -> Hypotheses:
         """Return the belief drawn anew, if few particles count, and its copies parted.
 
-        Drawn by the roots of their weights, which they keep: a place that holds a hundredth of
-        the belief does not die out by chance (as in localizer/particle_filter.py).
+        A few particles per square metre lie farther apart than a camera measures, and a step of
+        0.10 m parts copies by 0.01 m only; so they are parted by the spacing of the samples.
+        Particles are drawn by the roots of their weights, which they keep: a place that holds a
+        hundredth of the belief does not die out by chance (as in localizer/particle_filter.py).
         """
         if effective_number(belief.weights) >= RESAMPLED_BELOW * self._count:
             return belief
         roots = np.sqrt(belief.weights)
         chosen = draw(roots / roots.sum(), self._count, rng)
-        shaken = roughening(belief) * rng.standard_normal((self._count, 3))
+        shaken = sample_spacing(belief) * rng.standard_normal((self._count, 3))
         return Hypotheses(belief.poses[chosen] + shaken, roots[chosen] / roots[chosen].sum())
 
     def _reset(
@@ -99,15 +95,6 @@ class LandmarkFilter:
         )  # fmt: skip
         weights = belief.weights * np.exp(log_p - log_p.max())
         return Hypotheses(belief.poses, weights / weights.sum())
-
-
-def roughening(belief: Hypotheses) -> Array:
-    """Return by how much copies of a particle part [m, m, rad]."""
-    weights, poses = belief.weights, belief.poses
-    spread = np.sqrt(weights @ (poses[:, :2] - mean_place(belief)) ** 2)
-    turn = np.sqrt(weights @ wrap(poses[:, 2] - circular_mean(poses[:, 2], weights)) ** 2)
-    extent: Array = EXTENT * np.array([*spread, turn])
-    return ROUGHENING * extent * len(weights) ** (-1.0 / 3.0)
 
 
 def mean_place(belief: Hypotheses) -> Array:

@@ -80,4 +80,4 @@ def _draw_landmarks(axes: Axes, field: LandmarkField) -> None:
     classes = np.array(field.landmarks.classes)
     for kind, marker in zip(dict.fromkeys(field.landmarks.classes), MARKERS, strict=False):
         places = field.landmarks.positions[classes == kind]
-        axes.scatter(*places.T, marker=marker, s=55, c="#fbc02d", ec="black", zorder=3, label=kind)
+        axes.plot(*places.T, marker, color="#fbc02d", markeredgecolor="black", label=kind)

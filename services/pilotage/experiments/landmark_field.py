@@ -88,12 +88,12 @@ def similar_field() -> LandmarkField:
         "Field with exactly similar parts",
         _landmarks(
             unique={"square": [(0.0, 0.3)], "disc": [(0.0, -0.3)]},
-            alike={"ring": half + [(-x, -y) for x, y in half]},
+            alike={"cone": half + [(-x, -y) for x, y in half]},
         ),
         {
             "square": Recognition(1.800, 0.180),
             "disc": Recognition(1.800, 0.180),
-            "ring": Recognition(1.000, 0.150),
+            "cone": Recognition(1.000, 0.150),
         },
         _playing_area(),
     )

@@ -16,6 +16,7 @@ from pilotage.planner.information import drawn, expected_gain
 from pilotage.planner.landmark_targets import TargetParams, survey
 from pilotage.planner.landmark_views import Camera, Sharpness, expected_log_likelihoods, views_from
 from pilotage.planner.potential_field import Sources
+from pilotage.planner.sample_spacing import sample_spacing
 from pilotage.planner.situation import Hypotheses
 
 Array = NDArray[np.float64]
@@ -32,7 +33,7 @@ class ActiveParams:
     `noise`: standard deviation of a displacement, as a share of it (section 3.1); `gazes`:
     pointings compared, all around;
     `samples`, `truths`: how many samples of the belief are weighed, and how many of these say
-    what would be seen; `precision`: poses this near need not be told apart [m].
+    what would be seen.
     """
 
     step: float = 0.10
@@ -41,15 +42,8 @@ class ActiveParams:
     gazes: int = 16
     samples: int = 250
     truths: int = 12
-    precision: float = 0.1
     camera: Camera = field(default_factory=Camera)
     random_targets: int = 6
-
-    def sharpness(self, move: Move) -> Sharpness:
-        """Return how sharply the camera tells poses apart after a move."""
-        blur = float(np.hypot(self.precision, self.noise * np.hypot(*move)))
-        camera = self.camera
-        return camera.range_error, camera.bearing_error, camera.outlier, blur
 
 
 @dataclass(frozen=True)
@@ -77,7 +71,7 @@ class LandmarkLocalization:
         self.sources = sources
         self.params = params
         self.field = survey(sources, world, TargetParams(params.camera.half_view))
-        self._gazes = wrap(np.arange(params.gazes) * (2.0 * np.pi / params.gazes))
+        self._gazes = np.linspace(-np.pi, np.pi, params.gazes, endpoint=False)
 
     def decide(self, belief: Hypotheses, rng: np.random.Generator) -> Decision:
         """Return where to go, how far now, and where to look then."""
@@ -111,7 +105,7 @@ class LandmarkLocalization:
         after = predicted(belief, move, np.zeros((len(belief.poses), 2)))
         views = views_from(self.sources, after.poses)
         truths = drawn(belief.weights, params.truths)
-        sharpness = params.sharpness(move)
+        sharpness = self._sharpness(belief, move)
         return [
             expected_gain(
                 expected_log_likelihoods(self.sources, views, truths, window, sharpness),
@@ -119,6 +113,13 @@ class LandmarkLocalization:
             )
             for window in windows
         ]
+
+    def _sharpness(self, belief: Hypotheses, move: Move) -> Sharpness:
+        """Return how sharply the camera tells samples of the belief apart after a move."""
+        spacing, camera = sample_spacing(belief), self.params.camera
+        blur = float(np.hypot(spacing[:2].max(), self.params.noise * np.hypot(*move)))
+        around = float(np.hypot(camera.bearing_error, spacing[2]))
+        return camera.range_error, around, camera.outlier, blur
 
     def _drawn(self, belief: Hypotheses, rng: np.random.Generator) -> Hypotheses:
         """Return so many samples of the belief as are weighed, all of the same weight."""
