@@ -1,4 +1,4 @@
-"""The experiments of Liu et al. 2008: the fields, the robot, the filter, and who finds out first."""
+"""The experiments of Liu et al. 2008: fields, robot, filter, and who finds out first."""
 
 import json
 from itertools import pairwise
