@@ -3,6 +3,7 @@
 import numpy as np
 
 from pilotage.core.grid import OccupancyMap
+from pilotage.core.landmark_map import LandmarkMap
 from pilotage.planner import (
     common_ground,
     expected_scans,
@@ -15,6 +16,7 @@ from pilotage.planner.active_drive import ActiveDrive
 from pilotage.planner.active_localization import ActiveLocalization, ActiveParams
 from pilotage.planner.going import Going
 from pilotage.planner.ground import Ground
+from pilotage.planner.landmark_sight import CameraParams, LandmarkSight
 from pilotage.planner.mission import NoWayError, Target
 from pilotage.planner.path_finding import NoPathError, find_path
 from pilotage.planner.path_params import FollowerParams
@@ -40,10 +42,21 @@ def unusable(world: OccupancyMap) -> str | None:
 
 
 class Building:
-    """Begins searches and ways on one map for one robot."""
+    """Begins searches and ways on one map for one robot.
 
-    def __init__(self, world: OccupancyMap, active: ActiveParams, follower: FollowerParams) -> None:
-        self.active = ActiveLocalization(world, active)
+    `tuned`: how it decides and how it drives; `camera`: what landmarks it is localized by, if by
+    any, and what sees them.
+    """
+
+    def __init__(
+        self,
+        world: OccupancyMap,
+        tuned: tuple[ActiveParams, FollowerParams],
+        camera: tuple[LandmarkMap, CameraParams] | None = None,
+    ) -> None:
+        active, follower = tuned
+        sight = None if camera is None else LandmarkSight(camera[0], world, camera[1])
+        self.active = ActiveLocalization(world, active, sight)
         self._ground = Ground.of(world)
         self._follower = follower
 

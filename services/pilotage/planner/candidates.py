@@ -58,9 +58,10 @@ def candidates(
     points = np.vstack([np.zeros((1, 2)), promising, anywhere])
     travel = _metres(reach, points)
     travel[0] = 0.0
-    kinds: tuple[Kind, ...] = ("here",)
-    kinds += ("potential",) * len(promising) + ("random",) * len(anywhere)
-    return Candidates(points, travel, kinds)
+    kinds: list[Kind] = ["here"]
+    kinds += ["potential"] * len(promising)
+    kinds += ["random"] * len(anywhere)
+    return Candidates(points, travel, tuple(kinds))
 
 
 def _promising(

@@ -4,9 +4,11 @@ from typing import Annotated
 
 from pydantic import Field
 
-from pilotage.bus.deployment import Settings
+from pilotage.bus.deployment import ConfigPath, Settings
 from pilotage.planner.active_localization import ActiveParams
+from pilotage.planner.camera_settings import CameraSettings
 from pilotage.planner.common_ground import GroundParams
+from pilotage.planner.expected_scans import SightParams
 from pilotage.planner.mission import MissionParams
 from pilotage.planner.path_params import FollowerParams
 from pilotage.planner.robot_facts import RobotBuild
@@ -19,7 +21,8 @@ class PlannerSettings(Settings):
     `alpha` [bit/m]: what a metre of way must tell (Liu et al. 2008, eq. 6); `candidates`: how
     many looks are weighed. `always_localizes`: every doubt of the pose is resolved unasked, until
     somebody says otherwise. `doubt`, `settled`, `patience`, `longest_search` [s]: see
-    MissionParams. `seed` of what is drawn at random.
+    MissionParams. `landmarks`: the file that says where those are which the robot is localized by,
+    seen by `camera`; without one it is localized by the walls. `seed` of what is drawn at random.
     """
 
     max_linear: Annotated[float, Field(ge=0.05, le=2.0)] = FollowerParams.max_linear
@@ -31,6 +34,8 @@ class PlannerSettings(Settings):
     settled: Annotated[float, Field(ge=0.1, le=60.0)] = MissionParams.settled
     patience: Annotated[float, Field(ge=1.0, le=600.0)] = MissionParams.patience
     longest_search: Annotated[float, Field(ge=10.0, le=3600.0)] = MissionParams.longest_search
+    landmarks: ConfigPath | None = None
+    camera: CameraSettings = CameraSettings()
     seed: int = 0
 
     def mission(self) -> MissionParams:
@@ -44,8 +49,12 @@ class PlannerSettings(Settings):
 
     def active(self, build: RobotBuild) -> ActiveParams:
         """Return how a robot decides where to look from."""
-        ground = GroundParams(radius=build.radius)
-        return ActiveParams(alpha=self.alpha, candidates=self.candidates, ground=ground)
+        return ActiveParams(
+            alpha=self.alpha,
+            candidates=self.candidates,
+            sight=SightParams() if build.sight is None else SightParams(range_max=build.sight),
+            ground=GroundParams(radius=build.radius),
+        )
 
     def follower(self, build: RobotBuild) -> FollowerParams:
         """Return how a robot follows its path."""

@@ -1,6 +1,6 @@
 """What the planner listens to, and what it makes of it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -80,7 +80,8 @@ class Hearing:
 
     def take_description(self, description: RobotDescription) -> None:
         """Note how the robot is built."""
-        before, self.facts.build = self.facts.build, messages.build_of(description)
+        before, now = self.facts.build, messages.build_of(description)
+        self.facts.build = now if before is None else replace(now, sight=before.sight)
         if repr(before) != repr(self.facts.build):
             self.listener.robot_or_map_changed()
 
@@ -116,6 +117,7 @@ class Hearing:
         view = None if mount is None else messages.laser_view(scan, mount)
         if view is not None:
             self.knowledge.hear_view(view, self.node.clock.monotonic())
+            self._note_sight(scan.range_max)
 
     def take_sonar(self, sonar: SonarScan) -> None:
         """Note what the sonar ring sees, of a robot without a laser."""
@@ -124,6 +126,7 @@ class Hearing:
         view = messages.sonar_view(sonar)
         if view is not None:
             self.knowledge.hear_view(view, self.node.clock.monotonic())
+            self._note_sight(sonar.range_max)
 
     def take_pose(self, estimate: PoseEstimate) -> None:
         """Note where the robot is, and how sure that is."""
@@ -136,3 +139,10 @@ class Hearing:
             self.knowledge.hear_belief(past)
             modes = [[mode.pose.x, mode.pose.y] for mode in belief.modes]
             self.places = np.array(modes).reshape(-1, 2)
+
+    def _note_sight(self, metres: float) -> None:
+        """Note how far the robot sees; what is expected to be seen depends on it."""
+        build = self.facts.build
+        if build is not None and build.sight != metres:
+            self.facts.build = replace(build, sight=metres)
+            self.listener.robot_or_map_changed()

@@ -19,6 +19,7 @@ from pilotage_schemas.mapping import OccupancyGrid
 from pilotage_schemas.planning import (
     ActivePlan,
     Candidate,
+    GazeCommand,
     Goal,
     Path,
     PotentialField,
@@ -117,6 +118,11 @@ def velocity_message(speeds: Speeds, stamp_ns: int, orders: int, then: str) -> V
             "then": then,
         }
     )
+
+
+def gaze_message(pan: float, stamp_ns: int) -> GazeCommand:
+    """Return where the camera shall point [rad]."""
+    return GazeCommand(stamp_ns=stamp_ns, frame_id="base_link", pan=pan)
 
 
 def goal_message(target: Target, stamp_ns: int) -> Goal:

@@ -13,7 +13,6 @@ from pilotage.planner.mission import Mission, NoWayError, Target
 from pilotage.planner.showing import Showing
 from pilotage.planner.situation import Situation
 from pilotage_schemas.commands import Done, GoTo, LocalizeActively, Look, Nothing
-from pilotage_schemas.planning import GazeCommand
 
 
 class Planner(Protocol):
@@ -35,7 +34,6 @@ class Queries:
 
     def __init__(self, planner: Planner) -> None:
         self._planner = planner
-        self._gaze = planner.node.publisher("gaze_command")
         planner.node.answer("go_to", self.go_to)
         planner.node.answer("localize_actively", self.localize_actively)
         planner.node.answer("cancel", self.cancel)
@@ -97,8 +95,7 @@ class Queries:
             raise RefusedError(facts.obstacle or "the robot has not been heard of yet")
         if "look" not in facts.build.commands:
             raise RefusedError(f"{facts.build.name} has no camera that can be pointed")
-        stamp_ns = self._planner.node.clock.now_ns()
-        self._gaze.publish(GazeCommand(stamp_ns=stamp_ns, frame_id="base_link", pan=request.pan))
+        self._planner.shown.look(request.pan)
         return Done(detail=f"looking {np.rad2deg(request.pan):.0f} degrees to the left")
 
     def _required(self) -> tuple[Situation, Building]:

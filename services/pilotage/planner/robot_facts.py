@@ -13,7 +13,8 @@ ASSUMED_RADIUS = 0.25
 class RobotBuild:
     """How a robot is built: `radius` of its body round base_link [m], its limits [m/s, rad/s].
 
-    `lasers`: their poses (3,) in base_link by frame.
+    `lasers`: their poses (3,) in base_link by frame. `sight`: how far they see [m], None before
+    the first scan, for only scans say.
     """
 
     name: str
@@ -22,6 +23,7 @@ class RobotBuild:
     max_angular: float = 2.0
     commands: frozenset[str] = frozenset()
     lasers: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    sight: float | None = None
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from pilotage.bus.deployment import Deployment
 from pilotage.bus.node import Node
 from pilotage.planner.active_drive import ActiveDrive
 from pilotage.planner.building import Building, unusable, warm_up
+from pilotage.planner.camera_setup import camera_of
 from pilotage.planner.config import PlannerSettings
 from pilotage.planner.hearing import Hearing
 from pilotage.planner.messages import world_of
@@ -31,6 +32,7 @@ class PlannerService:
         self.shown = Showing(node)
         self.building: Building | None = None
         self._settings = settings
+        self._camera = camera_of(settings)
         self._folder = deployment.run_dir
         self._kept: Orders | None = None
         self._rng = np.random.default_rng(settings.seed)
@@ -72,7 +74,7 @@ class PlannerService:
         if self.mission.is_busy:
             self.mission.end("interrupted", "another map is in use")
         grid, build = self.heard.map, self.heard.facts.build
-        if grid is None or build is None:
+        if grid is None or build is None or build.sight is None:
             return
         world = world_of(grid)
         self.heard.map_fault, self.building = unusable(world), None
@@ -80,7 +82,7 @@ class PlannerService:
             return
         with self.node.busy(MAP_WORK_S):
             tuned = self._settings.active(build), self._settings.follower(build)
-            self.building = Building(world, *tuned)
+            self.building = Building(world, tuned, self._camera)
         self.shown.show_potential(self.building.active.potential)
 
     def map_begun(self) -> None:
@@ -116,6 +118,8 @@ class PlannerService:
     def _show(self, began: float) -> None:
         """Show the way and the search that the mission is on, or that there is none."""
         decision = None if self._search is None else self._search.decision
+        if self._search is not None and self._search.gaze is not None:
+            self.shown.look(self._search.gaze)
         if self.mission.search is None:
             self._search = None
             self.shown.show_no_search()

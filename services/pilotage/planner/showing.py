@@ -13,6 +13,7 @@ from pilotage.planner.mission import Ending, Mission, Target
 from pilotage.planner.sight import Potential
 from pilotage.planner.situation import Speeds
 from pilotage_schemas.planning import PlanningStatus
+from pilotage_schemas.topics import TOPICS
 
 FAREWELLS = 3
 """How often the last velocity is sent: it travels by a topic that may drop."""
@@ -31,9 +32,10 @@ class Showing:
     """Publishes each thing when it is new."""
 
     def __init__(self, node: Node) -> None:
-        names = ("velocity_command", "goal", "path", "plan", "potential", "planning_status")
         self._node = node
-        self._out = {name: node.publisher(name) for name in names}
+        self._out = {
+            t.name: node.publisher(t.name) for t in TOPICS.values() if t.owner == "planner"
+        }
         self._shown = _Shown()
         self._farewell: tuple[Ending, int] = ("stand", 0)
         self.decision_ms: float | None = None
@@ -77,6 +79,10 @@ class Showing:
     def is_news(self, mission: Mission) -> bool:
         """Say whether the mission has changed since it was last told."""
         return self._shown.status != _account(mission)
+
+    def look(self, pan: float) -> None:
+        """Point the camera [rad]."""
+        self._out["gaze_command"].publish(messages.gaze_message(pan, self._node.clock.now_ns()))
 
     def show_goal(self, target: Target) -> None:
         """Show where the robot goes."""

@@ -1,0 +1,95 @@
+"""A camera on a pan joint, and the landmarks of a map, as a sight of active localization; pure."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.core.grid_resampling import resample
+from pilotage.core.landmark_map import LandmarkMap
+from pilotage.core.laser_view import View
+from pilotage.planner.information import LogLikelihoods
+from pilotage.planner.landmark_targets import Field, TargetParams, survey
+from pilotage.planner.landmark_views import (
+    Camera,
+    Sharpness,
+    expected_log_likelihoods,
+    views_from,
+)
+from pilotage.planner.potential_field import Recognition, sources_of
+from pilotage.planner.sight import Window
+
+RESOLUTION = 0.2
+"""m between places whose potential is compared, unless the map is coarser."""
+
+
+@dataclass(frozen=True)
+class CameraParams:
+    """A camera that recognises landmarks.
+
+    `pan_limit`: how far it turns to either side [rad]; `recognition` of every class that
+    `by_class` does not name; `precision`: poses this near need not be told apart [m];
+    `pointings`: how many are compared.
+    """
+
+    camera: Camera = field(default_factory=Camera)
+    pan_limit: float = float(np.deg2rad(90.0))
+    recognition: Recognition = field(default_factory=lambda: Recognition(4.0, 0.6))
+    by_class: dict[str, Recognition] = field(default_factory=dict)
+    precision: float = 0.3
+    pointings: int = 13
+
+    @property
+    def sharpness(self) -> Sharpness:
+        """How sharply it tells poses apart."""
+        camera = self.camera
+        return camera.range_error, camera.bearing_error, camera.outlier, self.precision
+
+
+class LandmarkPotential:
+    """The environment potential of landmarks, and where it and the window potential are highest."""
+
+    def __init__(self, found: Field) -> None:
+        self.geometry: GridGeometry = found.geometry
+        self.bits = found.environment.astype(np.float32)
+        self._maxima = np.vstack([found.window_maxima[:, :2], found.environment_maxima])
+
+    def maxima(self) -> NDArray[np.float64]:
+        """Return M u S (k, 2), map frame."""
+        return self._maxima
+
+
+class LandmarkSight:
+    """What a camera is expected to tell."""
+
+    def __init__(self, landmarks: LandmarkMap, world: OccupancyMap, params: CameraParams) -> None:
+        known = dict.fromkeys(landmarks.classes, params.recognition) | params.by_class
+        self.params = params
+        self._sources = sources_of(landmarks, known, world)
+        targets = TargetParams(params.camera.half_view)
+        coarse = resample(world, max(RESOLUTION, world.geometry.resolution))
+        self._potential = LandmarkPotential(survey(self._sources, coarse, targets))
+
+    @property
+    def potential(self) -> LandmarkPotential:
+        """The paper's F_S."""
+        return self._potential
+
+    @property
+    def pointings(self) -> NDArray[np.float64]:
+        """Where the joint can point (k,) [rad]."""
+        limit = self.params.pan_limit
+        return np.linspace(-limit, limit, self.params.pointings)
+
+    def half_view(self, _view: View) -> float:
+        """Return half of the camera's field of view [rad]."""
+        return self.params.camera.half_view
+
+    def log_likelihoods(
+        self, poses: NDArray[np.float64], truths: NDArray[np.int64], window: Window
+    ) -> LogLikelihoods:
+        """Compare the landmarks expected within the window."""
+        views = views_from(self._sources, poses)
+        sharpness = self.params.sharpness
+        return expected_log_likelihoods(self._sources, views, truths, window, sharpness)
