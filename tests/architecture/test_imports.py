@@ -59,6 +59,7 @@ GLUE = {"__main__", "config", "service", "storage", "messages", "warm_up"} | {
     *(
         "queries",
         "map_choice",
+        "camera_setup",
         "method_setup",
         "map_show",
         "takeover",
