@@ -20,7 +20,8 @@ def floor_of(picture: str) -> OccupancyMap:
     """The map drawn with marks of 0.4 m x 0.4 m, in cells of 0.1 m."""
     plan = draw(picture)
     cells = np.kron(plan.cells, np.ones((MARK, MARK), np.int8))
-    return OccupancyMap(GridGeometry(*cells.shape, CELL), cells)
+    rows, cols = cells.shape
+    return OccupancyMap(GridGeometry(rows, cols, CELL), cells)
 
 
 TWINS = floor_of(

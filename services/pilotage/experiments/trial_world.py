@@ -72,7 +72,7 @@ class Ride:
     ) -> None:
         wheels, self._light = rng.spawn(2)
         self._localizer = world.localizer
-        self._laser = world.robot.laser
+        self.laser = world.robot.laser
         self._simulation = Simulation(world.walls, world.robot, 0, wheels)
         self._simulation.put(map_from_base)
         self._localizer.start_anywhere()
@@ -100,7 +100,7 @@ class Ride:
 
     def look(self) -> Situation:
         """Take a scan, weigh it if it tells something new, and return what is known now."""
-        simulation, laser = self._simulation, self._laser
+        simulation, laser = self._simulation, self.laser
         simulation.count_wheels()
         odom = simulation.odometry.pose.copy()
         ranges = scan(simulation.surroundings, simulation.pose, laser, self._light)
@@ -133,7 +133,7 @@ class Ride:
     def _weigh(
         self, ranges: NDArray[np.float32], mount: NDArray[np.float64], odom: NDArray[np.float64]
     ) -> None:
-        localizer, laser = self._localizer, self._laser
+        localizer, laser = self._localizer, self.laser
         bearings = laser.bearings
         angles = float(bearings[0]), float(bearings[1] - bearings[0])
         beams = localizer.params.beams
