@@ -15,7 +15,7 @@ from pilotage.core.odometry_buffer import OdometryBuffer
 from pilotage.core.odometry_watch import OdometrySample, restart_between
 from pilotage.planner.situation import Hypotheses, Situation, State
 
-SILENT_AFTER = {"odometry": 0.5, "view": 1.0, "pose": 1.5}
+SILENT_AFTER = {"odometry": 0.5, "view": 0.6, "pose": 1.5}
 """s of silence after which one does not drive: of the robot, of what it sees, of the localizer."""
 
 EXTRAPOLATION_NS = 100_000_000
