@@ -41,7 +41,8 @@ function plannerObstacle(name, state) {
   if (state.message("status")?.source === "replay") return "A recorded run cannot be driven";
   const missing = absence(state);
   if (missing) return missing.reason;
-  return name === "cancel" ? null : localizerObstacle(state);
+  if (name === "cancel") return null;
+  return localizerObstacle(state) ?? (state.entry("pose") ? null : "No pose has come yet");
 }
 
 function robotObstacle(name, state) {

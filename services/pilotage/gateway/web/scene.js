@@ -206,6 +206,7 @@ export class Scene {
   drawLabels(context, inks, { candidates, goal }, robot) {
     const { view, layers } = this;
     const labels = new Labels(context, view.size, robot && view.toScreen(robot));
+    for (const box of this.floating()) labels.block(box);
     if (goal && layers.has("goal")) labels.keepFree(view.toScreen(goal), 12);
     const looks = layers.has("looks") ? candidates : [];
     const places = layers.has("places") ? this.places.list : [];
@@ -213,6 +214,18 @@ export class Scene {
     labelChosen(labels, view, inks, looks);
     labelModes(labels, view, this.palette, places);
     labelOthers(labels, view, inks, looks);
+  }
+
+  /** Where chips, tools, legend and the sheet of a phone float, as far as labels must know. */
+  floating() {
+    const { size, inset } = this.view;
+    const { width, height } = size;
+    return [
+      { x: 0, y: 0, width, height: inset.top - 10 },
+      { x: width - 60, y: 0, width: 60, height: inset.top + 240 },
+      { x: 0, y: height - inset.bottom, width: 210, height: inset.bottom },
+      { x: 0, y: height - this.covered, width, height: this.covered },
+    ];
   }
 
   drawAim(context) {

@@ -4,7 +4,8 @@ import { gainText, letterOf, LETTERED } from "../planning.js";
 import { pathLine } from "./goal.js";
 
 const HALF = 7;
-const MINOR_HALF = 5;
+const MINOR_HALF = 4;
+const MINOR_ALPHA = 0.45;
 
 /** Draws the dashed way to the chosen one: the planner's `path`, or straight from `robot`. */
 export function drawWayThere(context, view, palette, { candidates, path, robot }) {
@@ -29,9 +30,9 @@ export function drawCandidates(context, view, palette, candidates) {
     const isMinor = i >= LETTERED;
     diamond(context, view.toScreen(candidates[i].pose), isMinor ? MINOR_HALF : HALF);
     context.lineJoin = "miter";
-    context.globalAlpha = isMinor ? 0.6 : 1;
+    context.globalAlpha = isMinor ? MINOR_ALPHA : 1;
     context.strokeStyle = palette.free;
-    context.lineWidth = 5;
+    context.lineWidth = isMinor ? 3 : 5;
     context.stroke();
     context.strokeStyle = palette.robot;
     context.lineWidth = i === 0 ? 2.5 : 1.5;

@@ -12,6 +12,11 @@ export class Labels {
     if (robot) this.keepFree(robot, 20);
   }
 
+  /** Lets no label lie in a box of the screen: what floats above the map would cover it. */
+  block(box) {
+    this.taken.push(box);
+  }
+
   /** Lets no label cover what is drawn within `radius` of a point. */
   keepFree({ x, y }, radius) {
     this.taken.push({ x: x - radius, y: y - radius, width: 2 * radius, height: 2 * radius });

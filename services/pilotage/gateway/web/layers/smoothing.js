@@ -4,7 +4,9 @@
 
 const MOST_CELLS = 400_000;
 const MOST_FINER = 4;
-const LEAST_WEIGHT = 0.15;
+/** Cells: as wide as two such splines, a single cell makes no ring. */
+const WIDTH = 1.6;
+const LEAST_SHARE = 0.25;
 
 /** How many times finer a field may become, from 1 for one that is fine already. */
 export function finerBy({ rows, cols }) {
@@ -27,10 +29,11 @@ export function refined(field, factor) {
 /** The cells [index, weight] that count for the centre of fine cell `i`. */
 function tapsAt(i, factor, count) {
   const at = (i + 0.5) / factor - 0.5;
-  const low = Math.floor(at);
-  return [low - 1, low, low + 1, low + 2]
-    .filter((cell) => cell >= 0 && cell < count)
-    .map((cell) => [cell, spline(Math.abs(at - cell))]);
+  const taps = [];
+  for (let cell = Math.ceil(at - 2 * WIDTH); cell <= at + 2 * WIDTH; cell++) {
+    if (cell >= 0 && cell < count) taps.push([cell, spline(Math.abs(at - cell) / WIDTH)]);
+  }
+  return taps;
 }
 
 function spline(d) {
@@ -38,14 +41,15 @@ function spline(d) {
 }
 
 function mean({ cols, data }, up, across) {
-  let [sum, weight] = [0, 0];
+  let [sum, weight, all] = [0, 0, 0];
   for (const [row, v] of up) {
     for (const [col, u] of across) {
       const value = data[row * cols + col];
+      all += u * v;
       if (Number.isNaN(value)) continue;
       sum += u * v * value;
       weight += u * v;
     }
   }
-  return weight > LEAST_WEIGHT ? sum / weight : NaN;
+  return weight > LEAST_SHARE * all ? sum / weight : NaN;
 }
