@@ -222,19 +222,21 @@ def test_a_gain_is_what_the_twins_make_of_it() -> None:
 
 
 @given(st.floats(0.3, np.pi), st.floats(-3.1, 3.1), st.integers(20, 90))
-def test_half_a_view_is_what_is_not_the_gap(half: float, turn: float, beams: int) -> None:
+def test_a_laser_sees_what_is_not_the_gap(half: float, turn: float, beams: int) -> None:
     """However the laser is mounted, and though its bearings wrap."""
     bearings = wrap(turn + np.linspace(-half, half, beams))
     sight = ScanSight(plan("### #.# ###", 2, 0.2), SIGHT, 0.165)
     step = 2.0 * half / (beams - 1)
-    found = sight.half_view(View(np.zeros((0, 2)), bearings))
+    middle, found = sight.window(View(np.zeros((0, 2)), bearings))
     assert found == pytest.approx(half, abs=0.5 * step + 1e-6)
+    # Of a full turn any direction is the middle.
+    assert abs(wrap(middle - turn)) < 1e-6 or half > np.pi - step
 
 
 def test_who_looks_nowhere_has_no_view() -> None:
     sight = ScanSight(plan("### #.# ###", 2, 0.2), SIGHT, 0.165)
-    assert sight.half_view(View(np.zeros((0, 2)), np.zeros(0))) == 0.0
-    assert sight.half_view(View(np.zeros((0, 2)), np.zeros(1))) == 0.0
+    assert sight.window(View(np.zeros((0, 2)), np.zeros(0))) == (0.0, 0.0)
+    assert sight.window(View(np.zeros((0, 2)), np.zeros(1))) == (0.0, 0.0)
 
 
 @given(floors(), seeds, st.floats(-np.pi, np.pi), st.floats(0.2, 3.0))

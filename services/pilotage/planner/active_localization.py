@@ -142,8 +142,9 @@ class ActiveLocalization:
             return None
         chosen = drawn(belief.weights, self.params.samples)
         samples = Hypotheses(belief.poses[chosen], np.full(len(chosen), 1.0 / len(chosen)))
-        half = self._sight.half_view(view)
-        gains = [self._gain(samples, np.zeros(2), (float(middle), half)) for middle in pointings]
+        middle, half = self._sight.window(view)
+        windows = [(float(pan) + middle, half) for pan in pointings]
+        gains = [self._gain(samples, np.zeros(2), window) for window in windows]
         return float(pointings[int(np.argmax(gains))])
 
     def _gain(self, belief: Hypotheses, point: NDArray[np.float64], window: Window) -> float:
@@ -160,8 +161,9 @@ class ActiveLocalization:
         along = path[-1] - path[-2] if path[-1].any() else np.array([1.0, 0.0])
         arriving = float(np.arctan2(along[1], along[0]))
         pointings = wrap(arriving + np.arange(POINTINGS) * 2.0 * np.pi / POINTINGS)
-        half = self._sight.half_view(view)
-        gains = [self._gain(places, path[-1], (float(middle), half)) for middle in pointings]
+        middle, half = self._sight.window(view)
+        windows = [(float(heading) + middle, half) for heading in pointings]
+        gains = [self._gain(places, path[-1], window) for window in windows]
         best = int(np.argmax(gains))
         return None if gains[best] < gains[0] + self.params.worth_a_turn else float(pointings[best])
 

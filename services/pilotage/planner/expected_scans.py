@@ -53,7 +53,9 @@ class ExpectedScans:
         rows, cols = (-(-length // ratio) for length in world.geometry.shape)
         self.geometry = GridGeometry(rows, cols, cell, world.geometry.origin)
         ranges = expected_ranges(world, self.geometry, HEADINGS, params.range_max)
-        self._levels = np.rint(ranges * (LEVELS / params.range_max)).astype(np.uint8)
+        levels = np.rint(ranges * (LEVELS / params.range_max)).astype(np.uint8)
+        # (rows, cols, headings): all that is looked up for a place lies side by side.
+        self._levels = np.ascontiguousarray(levels.transpose(1, 2, 0))
 
     def at(self, poses: NDArray[np.float64], window: tuple[float, float] = (0.0, np.pi)) -> Scans:
         """Return the scans (beams, n) expected from poses (n, 3) of the map frame [m].
@@ -87,14 +89,14 @@ def _looked_up(
 
     `offsets` (beams,): of each beam off the heading, in bins.
     """
-    headings, rows, cols = levels.shape
+    rows, cols, headings = levels.shape
     ranges = np.zeros((len(offsets), len(states)), np.float32)
     for j in range(len(states)):
         col, row = int(np.floor(states[j, 0])), int(np.floor(states[j, 1]))
         if 0 <= row < rows and 0 <= col < cols:
             for b in range(len(offsets)):
                 heading = round(states[j, 2] + offsets[b]) % headings
-                ranges[b, j] = levels[heading, row, col] * step
+                ranges[b, j] = levels[row, col, heading] * step
     return ranges
 
 

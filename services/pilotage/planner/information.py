@@ -48,6 +48,7 @@ def expected_gain(log_likelihoods: LogLikelihoods, weights: NDArray[np.float64])
 def _expected_entropy(log_likelihoods: LogLikelihoods, weights: NDArray[np.float64]) -> float:
     """Return the mean entropy in bits of the m beliefs after the observations (m, n)."""
     count, places = log_likelihoods.shape
+    logs = np.log(np.maximum(weights, 1e-300))
     total = 0.0
     for i in range(count):
         row = log_likelihoods[i]
@@ -58,7 +59,7 @@ def _expected_entropy(log_likelihoods: LogLikelihoods, weights: NDArray[np.float
             if less > -30.0 and weights[j] > 0.0:
                 share = weights[j] * np.exp(less)
                 mass += share
-                weighted += share * (np.log(weights[j]) + less)
+                weighted += share * (logs[j] + less)
         # H = -sum p/M log(p/M) with p = w exp(L), M = sum p.
         total += (np.log(mass) - weighted / mass) / np.log(2.0) if mass > 0.0 else 0.0
     return float(total / count)

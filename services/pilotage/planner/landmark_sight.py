@@ -82,9 +82,9 @@ class LandmarkSight:
         limit = self.params.pan_limit
         return np.linspace(-limit, limit, self.params.pointings)
 
-    def half_view(self, _view: View) -> float:
-        """Return half of the camera's field of view [rad]."""
-        return self.params.camera.half_view
+    def window(self, _view: View) -> Window:
+        """Return what the camera sees straight ahead."""
+        return 0.0, self.params.camera.half_view
 
     def log_likelihoods(
         self, poses: NDArray[np.float64], truths: NDArray[np.int64], window: Window

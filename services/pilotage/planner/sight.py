@@ -5,6 +5,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from pilotage.core.angles import wrap
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.laser_view import View
 from pilotage.planner.expected_scans import ExpectedScans, SightParams
@@ -47,8 +48,8 @@ class Sight(Protocol):
         """Where it can be pointed, off the robot's heading (k,) [rad]; none if it is fixed."""
         ...
 
-    def half_view(self, view: View) -> float:
-        """Return half of the field of view [rad], given what the laser sees."""
+    def window(self, view: View) -> Window:
+        """Return what is seen without a turn or a pan, given what the laser sees."""
         ...
 
     def log_likelihoods(
@@ -78,14 +79,16 @@ class ScanSight:
         """A laser is fixed."""
         return np.zeros(0)
 
-    def half_view(self, view: View) -> float:
-        """Return half of the angle that the laser covers [rad]."""
+    def window(self, view: View) -> Window:
+        """Return the middle of the angle that the laser covers, and half of it."""
         if len(view.bearings) == 0:
-            return 0.0
+            return 0.0, 0.0
         # All but the widest gap: bearings wrap where a laser looks all round, or backwards.
         angles = np.sort(view.bearings)
         gaps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
-        return float(np.pi - 0.5 * gaps.max())
+        widest = int(np.argmax(gaps))
+        half = float(np.pi - 0.5 * gaps[widest])
+        return float(wrap(angles[(widest + 1) % len(angles)] + half)), half
 
     def log_likelihoods(
         self, poses: NDArray[np.float64], truths: NDArray[np.int64], window: Window
