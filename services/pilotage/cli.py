@@ -166,7 +166,7 @@ def experiment(
 @app.command()
 def trial(  # noqa: PLR0913, PLR0917 - the options that design section 4 fixes
     world: Annotated[Path, typer.Option("--map", help="Map: map_server YAML or Wean Hall.")],
-    policy: Annotated[str, typer.Option(help="How to go about: active, random or fixed.")],
+    policy: Annotated[str, typer.Option(help="How to go about: active, random, fixed or greedy.")],
     out: Annotated[Path, typer.Option(help="Folder for report.json and the tracks.")],
     runs: Annotated[int, typer.Option(min=1, help="From so many starts.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Of starts and noise.")] = 0,
