@@ -43,6 +43,7 @@ def page(port: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         eventually(lambda: page.answers("/healthz"), COLD_S, "/healthz")
         eventually(lambda: page.process("planner").get("state") == "ready", COLD_S, "the planner")
         eventually(lambda: page.get("potential"), COLD_S, "the map in the planner")
+        page.localized(COLD_S)
         yield page
         assert "Traceback" not in run.text, run.text
 
