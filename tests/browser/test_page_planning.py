@@ -48,6 +48,7 @@ def test_the_potential_is_contours_and_an_arrow_down_the_slope(
     page.keyboard.press("6")
     expect(page.locator("[data-layer=potential]")).to_have_attribute("aria-pressed", "false")
     eventually(lambda: seen(page, GOAL) == 0, 5.0, "no contours")
+    page.keyboard.press("6")
 
 
 def test_candidates_are_diamonds_and_a_dashed_way_leads_to_the_best(
@@ -154,14 +155,21 @@ def test_without_a_planner_layers_and_buttons_say_what_is_missing(
     expect(page.locator("[data-action=resolve] + p")).to_have_text("The planner is starting")
 
 
-def test_light_and_phone_look_well(
+def test_by_daylight_the_field_has_the_colour_of_the_light_theme(
+    planning_page: Page, planning_show: PlanningShow, picture: Picture
+) -> None:
+    planning_show.task = LOOKING
+    planning_page.emulate_media(color_scheme="light")
+    eventually(lambda: seen(planning_page, GOAL_LIGHT) > 1000, 10.0, "contours")
+    expect(next_look(planning_page)).to_contain_text("Resolving doubt")
+    picture(planning_page, "planning-light")
+    planning_page.emulate_media(color_scheme="dark")
+
+
+def test_a_phone_has_the_plan_above_its_sheet_and_the_words_in_it(
     planning: PlanningShow, open_page: OpenPage, picture: Picture
 ) -> None:
     planning.task = LOOKING
-    light = open_page(color_scheme="light")
-    eventually(lambda: seen(light, GOAL_LIGHT) > 1000, 10.0, "contours")
-    picture(light, "planning-light")
-    light.close()
     phone = open_page(viewport=PHONE, has_touch=True, device_scale_factor=2)
     wait_for_places(phone)
     eventually(lambda: seen(phone, GOAL) > 1000, 10.0, "contours")
