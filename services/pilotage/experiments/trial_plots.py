@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from pilotage.core import se2
@@ -10,13 +11,19 @@ from pilotage.core.grid import OccupancyMap
 from pilotage.experiments.plots import draw_arrows, draw_place
 from pilotage.experiments.trial_run import TrialRun
 
+MARGIN = 6
+"""Cells that are shown round the free ones."""
+
 COLOURS = {"correct": "#1e8449", "wrong": "#c0392b", "not localized": "#b9770e"}
 
 
 def track_figure(world: OccupancyMap, runs: Sequence[TrialRun], title: str) -> Figure:
     """Return the map with the start and the true track of each run, coloured by its outcome."""
-    width, height = world.geometry.size_m
-    figure = Figure(figsize=(10.0, 1.0 + 9.0 * height / width), layout="constrained")
+    rows, cols = np.nonzero(world.is_free)
+    left, right = np.array([cols.min() - MARGIN, cols.max() + MARGIN]) * world.geometry.resolution
+    low, high = np.array([rows.min() - MARGIN, rows.max() + MARGIN]) * world.geometry.resolution
+    size = 10.0, 1.0 + 9.0 * (high - low) / (right - left)
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots()
     # The grid is drawn along its own axes, wherever the map frame lies.
     geometry = replace(world.geometry, origin=(0.0, 0.0, 0.0))
@@ -28,6 +35,7 @@ def track_figure(world: OccupancyMap, runs: Sequence[TrialRun], title: str) -> F
         draw_arrows(axes, track[:1], colour, "")
     counts = {name: sum(_outcome(run) == name for run in runs) for name in COLOURS}
     said = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+    axes.set(xlim=(left, right), ylim=(low, high))
     axes.set_title(f"{title}: {said}")
     return figure
 
