@@ -1,5 +1,7 @@
 """Between messages and mathematics."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,15 @@ def test_candidates_are_where_the_belief_s_best_place_would_have_them() -> None:
     assert (first.expected_gain, first.travel, first.kind) == (1.2, 3.5, "potential")
     assert (second.pose.x, second.pose.y, second.kind) == (1.0, 2.0, "here")
     assert decode(ActivePlan, encode(plan)) == plan
+
+
+def test_of_looks_side_by_side_only_the_best_is_shown() -> None:
+    best, *_ = looks = decision().looks
+    beside = [Look(best.point + off, 1.0, 3.6, "random") for off in ([0.3, 0.2], [-0.5, 0.0])]
+    far = Look(np.array([3.0, 2.0]), 0.5, 4.0, "random")
+    crowded = replace(decision(), looks=(best, *beside, looks[1], far))
+    shown = plan_message(crowded, HERE_OR_THERE.poses[:, :2], 7).candidates
+    assert [one.expected_gain for one in shown] == [1.2, 0.1, 0.5]
 
 
 def test_places_have_the_numbers_that_the_belief_gives_them() -> None:
@@ -131,20 +142,21 @@ def test_a_scan_of_hardly_any_beams_shows_nothing(beams: int) -> None:
     assert laser_view(scan(1, beams=beams), np.zeros(3)) is None
 
 
-def test_a_sonar_ring_sees_a_point_per_echo() -> None:
+def test_a_sonar_ring_minds_the_cones_of_near_echoes() -> None:
     mounts = np.array([[0.1, 0.0, 0.0], [0.0, 0.1, np.pi / 2.0], [0.0, -0.1, -np.pi / 2.0]])
     ring = SonarScan(
         stamp_ns=1,
         frame_id="base_link",
         mounts=mounts.astype(np.float32),
-        ranges=np.array([1.0, 2.0, np.inf], np.float32),
+        ranges=np.array([0.5, 2.0, np.inf], np.float32),
         cone=0.3,
         range_min=0.1,
         range_max=4.0,
     )
     view = sonar_view(ring)
     assert view is not None
-    assert view.points == pytest.approx(np.array([[1.1, 0.0], [0.0, 2.1]]), abs=1e-6)
+    assert np.hypot(*(view.points - [0.1, 0.0]).T) == pytest.approx(np.full(3, 0.5))
+    assert np.abs(view.points[:, 1]).max() == pytest.approx(0.5 * np.sin(0.15))
 
 
 def test_a_robot_is_as_wide_as_its_farthest_corner() -> None:

@@ -321,3 +321,22 @@ def test_a_map_that_nobody_can_plan_on_is_refused_with_the_reason(bench: Bench) 
     bench.put_map("coarse")
     with pytest.raises(RefusedError, match="cells of 2 m are too coarse"):
         bench.ask("go_to", FAR)
+
+
+def test_a_search_by_landmarks_points_the_camera(tmp_path: Path) -> None:
+    file = tmp_path / "landmarks.yaml"
+    file.write_text("landmarks:\n  - {class: post, x: 4.8, y: 2.0}\n", encoding="utf-8")
+    bench = Bench(settings=PlannerSettings(landmarks=file))
+    bench.begin()
+    bench.places, bench.state = [np.array([2.55, 2.0, -1.57])], "ambiguous"
+    bench.run(0.3)
+    assert bench.heard["gaze"] == []
+    bench.ask("localize_actively", LocalizeActively())
+    bench.run(1.0)
+    assert bench.heard["gaze"]
+    assert abs(bench.heard["gaze"][-1].pan) <= np.pi / 2.0
+    bench.places, bench.state = [], "localized"
+    bench.run(2.0)
+    count = len(bench.heard["gaze"])
+    bench.run(1.0)
+    assert len(bench.heard["gaze"]) == count, "who knows where it is leaves the camera alone"

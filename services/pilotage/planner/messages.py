@@ -1,5 +1,7 @@
 """Messages as what the mathematics takes, and what it makes as messages."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -7,9 +9,10 @@ from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.laser_view import View
-from pilotage.planner.active_localization import Decision
+from pilotage.planner.active_localization import Decision, Look
 from pilotage.planner.knowledge import Estimate, PastBelief
 from pilotage.planner.mission import Target
+from pilotage.planner.obstacle_view import echo_view
 from pilotage.planner.robot_facts import RobotBuild, RobotSaid, radius_of
 from pilotage.planner.sight import Potential
 from pilotage.planner.situation import Hypotheses, Speeds
@@ -27,6 +30,9 @@ from pilotage_schemas.planning import (
 )
 from pilotage_schemas.sensors import LaserScan, RobotDescription, RobotStatus, SonarScan
 
+BESIDE = 0.75
+"""m within which a look is as good as the better one beside it."""
+MOST_SHOWN = 200
 SAME_PLACE = 1.0
 """m within which a place of the planner is one of the localizer's."""
 LEAST_TOLD = 0.02
@@ -79,15 +85,11 @@ def laser_view(scan: LaserScan, mount: NDArray[np.float64]) -> View | None:
 
 
 def sonar_view(sonar: SonarScan) -> View | None:
-    """Return what a sonar ring sees: a point where the axis of each cone would end."""
+    """Return what a sonar ring sees; None of a ring without sonars."""
     if len(sonar.mounts) == 0:
         return None
-    mounts = sonar.mounts.astype(float)
-    heard = np.isfinite(sonar.ranges) & (sonar.ranges < sonar.range_max)
-    x, y, theta = mounts[heard].T
-    ranges = sonar.ranges[heard]
-    points = np.column_stack([x + ranges * np.cos(theta), y + ranges * np.sin(theta)])
-    return View(points, np.sort(wrap(mounts[:, 2])))
+    ranges = np.where(sonar.ranges < sonar.range_max, sonar.ranges, np.inf)
+    return echo_view(ranges, sonar.mounts, sonar.cone)
 
 
 def estimate_of(message: PoseEstimate) -> Estimate:
@@ -149,8 +151,8 @@ def path_message(points_map: NDArray[np.float64], stamp_ns: int) -> Path:
 def plan_message(decision: Decision, places: NDArray[np.float64], stamp_ns: int) -> ActivePlan:
     """Return a decision as the page shows it; `places` (k, 2): the belief's, in its order."""
     best = decision.places.best
-    points = np.array([look.point for look in decision.looks])
-    seen = se2.transform_points(best, points)
+    looks = _spread(decision.looks)[:MOST_SHOWN]
+    seen = se2.transform_points(best, np.array([look.point for look in looks]))
     heading = best[2] if decision.heading is None else best[2] + decision.heading
     return ActivePlan(
         stamp_ns=stamp_ns,
@@ -162,10 +164,19 @@ def plan_message(decision: Decision, places: NDArray[np.float64], stamp_ns: int)
                 travel=look.travel,
                 kind=look.kind,
             )
-            for i, (look, point) in enumerate(zip(decision.looks[:200], seen, strict=False))
+            for i, (look, point) in enumerate(zip(looks, seen, strict=True))
         ),
         reason=sentence(decision, places),
     )
+
+
+def _spread(looks: Sequence[Look]) -> list[Look]:
+    """Return the looks, best first, without those right beside a better one: the same to watch."""
+    kept: list[Look] = []
+    for look in looks:
+        if all(np.hypot(*(look.point - other.point)) >= BESIDE for other in kept):
+            kept.append(look)
+    return kept
 
 
 def no_plan(stamp_ns: int) -> ActivePlan:
