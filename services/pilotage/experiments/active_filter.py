@@ -7,6 +7,7 @@ from pilotage.core.angles import wrap
 from pilotage.experiments.active_robot import MOTION_ERROR
 from pilotage.experiments.landmark_field import CARPET
 from pilotage.localizer.particle_resampling import draw, effective_number
+from pilotage.planner.hypotheses import likely
 from pilotage.planner.landmark_localization import Move, predicted
 from pilotage.planner.landmark_views import Camera, sighting_log_likelihoods
 from pilotage.planner.potential_field import Sources
@@ -59,7 +60,7 @@ class LandmarkFilter:
             return belief
         roots = np.sqrt(belief.weights)
         chosen = draw(roots / roots.sum(), self._count, rng)
-        shaken = sample_spacing(belief) * rng.standard_normal((self._count, 3))
+        shaken = roughening(belief) * rng.standard_normal((self._count, 3))
         return Hypotheses(belief.poses[chosen] + shaken, roots[chosen] / roots[chosen].sum())
 
     def _reset(
@@ -95,6 +96,12 @@ class LandmarkFilter:
         )  # fmt: skip
         weights = belief.weights * np.exp(log_p - log_p.max())
         return Hypotheses(belief.poses, weights / weights.sum())
+
+
+def roughening(belief: Hypotheses) -> Array:
+    """Return by how much copies part [m, m, rad]: as far as those lie apart that count."""
+    order = np.argsort(-belief.weights, kind="stable")
+    return sample_spacing(likely(Hypotheses(belief.poses[order], belief.weights[order])))
 
 
 def mean_place(belief: Hypotheses) -> Array:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.core.angles import wrap
 from pilotage.core.grid import OccupancyMap
 from pilotage.planner.hypotheses import merged
 from pilotage.planner.information import drawn, expected_gain
@@ -37,7 +36,7 @@ class ActiveParams:
     """
 
     step: float = 0.10
-    alpha: float = 0.1
+    alpha: float = 0.2
     noise: float = 0.1
     gazes: int = 16
     samples: int = 250
@@ -115,7 +114,11 @@ class LandmarkLocalization:
         ]
 
     def _sharpness(self, belief: Hypotheses, move: Move) -> Sharpness:
-        """Return how sharply the camera tells samples of the belief apart after a move."""
+        """Return how sharply the camera tells samples of the belief apart after a move.
+
+        No more finely than the samples lie: else to know one of two like places better would
+        seem worth more than to know which of them it is.
+        """
         spacing, camera = sample_spacing(belief), self.params.camera
         blur = float(np.hypot(spacing[:2].max(), self.params.noise * np.hypot(*move)))
         around = float(np.hypot(camera.bearing_error, spacing[2]))

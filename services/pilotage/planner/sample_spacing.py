@@ -2,7 +2,7 @@
 
 Gordon, Salmond & Smith 1993, "Novel approach to nonlinear/non-Gaussian Bayesian state
 estimation": n samples of a belief of extent E in d dimensions lie about K E n^(-1/d) apart, with
-K = 0.2. What a sensor tells apart more finely than that, it tells of chances of the sample.
+K of 0.2. What a sensor tells apart more finely than that, it tells of chances of the sample.
 """
 
 import numpy as np
