@@ -133,21 +133,28 @@ def test_what_a_planner_sent_before_it_knew_of_a_stop_does_not_undo_it() -> None
 
 
 @pytest.mark.parametrize(
-    ("order", "is_held"),
+    ("order", "is_held", "reason"),
     [
-        (("stop", c.Nothing()), True),
-        (("forward", c.Drive(distance=1.0)), True),
-        (("turn", c.Turn(angle=1.0)), True),
-        (("wander", c.Wander(enabled=False)), True),
-        (("wander", c.Wander(enabled=True)), False),
+        (("stop", c.Nothing()), True, "stopped by command"),
+        (("forward", c.Drive(distance=1.0)), True, "forward 1.00 m"),
+        (("turn", c.Turn(angle=1.0)), True, "turn 57 degrees"),
+        (("wander", c.Wander(enabled=False)), True, "velocity command"),
+        (("wander", c.Wander(enabled=True)), False, "going about by itself"),
     ],
 )
-def test_every_word_of_a_person_is_counted(order: tuple[str, Part], is_held: bool) -> None:  # noqa: FBT001 - a parameter of the test
+def test_every_word_of_a_person_is_counted_and_said_with_what_it_led_to(
+    order: tuple[str, Part],
+    is_held: bool,  # noqa: FBT001 - a parameter of the test
+    reason: str,
+) -> None:
     bench, _ = toy_bench()
+    by_program(bench, orders=0)
+    bench.advance(0.1)
     heard = bench.listen("status")
     bench.ask(*order)
     bench.advance(0.1)
-    assert (heard[-1].orders, heard[-1].is_held) == (1, is_held)
+    first = next(status for status in heard if status.orders == 1)
+    assert (first.is_held, first.reason) == (is_held, reason)
 
 
 def test_the_planner_lets_go_of_a_robot_that_wandered_before() -> None:

@@ -73,16 +73,16 @@ class RobotCommands:
 
     def _move(self, name: str, motion: Motion) -> c.Done:
         self._require(name)
-        self._take_order(is_held=True)
         self._robot.pilot.move(motion)
+        self._take_order(is_held=True)
         self._drive_or_refuse()
         return c.Done(detail=motion.name)
 
     def _velocity(self, request: c.Velocity) -> c.Done:
         self._require("velocity")
         self._require_straight(request.twist)
-        self._take_order(is_held=True)
         self._obey(request.twist, by_itself=False)
+        self._take_order(is_held=True)
         self._drive_or_refuse()
         return c.Done()
 
@@ -123,8 +123,8 @@ class RobotCommands:
         """Stop, and reply when the odometry says that the robot stands."""
         begun, begun_ns = self._robot.node.clock.monotonic(), self._robot.node.clock.now_ns()
         self._require("stop")
-        self._take_order(is_held=True)
         self._robot.pilot.stop("stopped by command")
+        self._take_order(is_held=True)
         self._drive_or_refuse()
         while not self._robot.stands_since(begun_ns):
             if self._robot.node.clock.monotonic() - begun > STANDING_WITHIN:
@@ -137,11 +137,11 @@ class RobotCommands:
         self._require("wander")
         if request.enabled and self._robot.pilot.wanderer is None:
             raise RefusedError("wandering needs a laser, and this robot has none")
-        self._take_order(is_held=not request.enabled)
         if request.enabled:
             self._robot.pilot.wander()
         elif self._robot.pilot.mode == "wandering":
             self._robot.pilot.stop("told to wander no longer")
+        self._take_order(is_held=not request.enabled)
         self._drive_or_refuse()
         return c.Done(detail=self._robot.pilot.reason)
 
@@ -157,7 +157,7 @@ class RobotCommands:
         return c.Kidnapped(pose=pose)
 
     def _take_order(self, *, is_held: bool) -> None:
-        """Let programs know at once that a person decides now."""
+        """Let programs know at once that a person decides now, and what is done from now on."""
         self._robot.pilot.take_order(is_held=is_held)
         self._robot.publish_status()
 
