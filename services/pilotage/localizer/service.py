@@ -24,6 +24,7 @@ from pilotage.localizer.method_setup import method_setup
 from pilotage.localizer.queries import Queries
 from pilotage.localizer.storage import Choice, RunFolder, Snapshot
 from pilotage.localizer.takeover import Takeover
+from pilotage.localizer.warm_up import warm_up
 from pilotage_schemas.mapping import MappingStatus
 from pilotage_schemas.sensors import (
     Heading,
@@ -52,6 +53,8 @@ class LocalizerService:
         self._settings = settings
         self._node = node
         self._setup = method_setup(settings, lambda line: node.log.info("amcl_file: %s", line))
+        with node.busy(MAP_WORK_S):
+            warm_up()
         kept = RunFolder(deployment.run_dir, lambda text: node.warn("memory", text))
         chosen = settings.method, settings.algorithm, settings.recovery_weight
         usual = Choice(settings.model_dump_json(), *chosen)
