@@ -20,6 +20,7 @@ from pilotage.mapper.method import MappingMethod
 from pilotage.mapper.methods import NoMethodError
 from pilotage.mapper.session_file import packed_session, resume_session, unpacked_session
 from pilotage.mapper.storage import State, StateFolder
+from pilotage.mapper.warm_up import warm_up
 from pilotage_schemas.mapping import Handover, MappingSensor, MappingStatus, OccupancyGrid
 
 WORK_S = 60.0
@@ -230,6 +231,8 @@ class MapChoice:
         self.sensor = sensor
 
     def _begin_mapping(self, *, is_new: bool = True) -> None:
+        with self._node.busy(WORK_S):
+            warm_up()
         if is_new:
             self._since_ns = self._node.clock.now_ns()
         self._handover, self.mode = None, "mapping"
