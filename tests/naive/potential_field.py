@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.core.raycast import cast_rays
-from pilotage.planner.landmark_views import LEAST, Camera
+from pilotage.planner.landmark_views import LEAST, Sharpness
 from pilotage.planner.potential_field import Recognition
 
 Array = NDArray[np.float64]
@@ -53,18 +53,28 @@ def window_potential(
     return total
 
 
+def in_view(off: float, half_view: float, rim: float) -> float:
+    """How surely a landmark so far off the camera's pointing is in its view."""
+    if half_view >= math.pi:
+        return 1.0
+    off = abs(math.remainder(off, math.tau))
+    if rim == 0.0:
+        return 1.0 if off <= half_view else 0.0
+    return float(np.interp(off, [half_view - rim, half_view + rim], [1.0, 0.0]))
+
+
 def sighting_log_likelihood(
     landmarks: LandmarkMap,
     recognitions: dict[str, Recognition],
     pose: Array,
     seen: list[tuple[Sighting, float]],
-    look: tuple[float, float, Camera, float],
+    look: tuple[float, float, Sharpness],
 ) -> float:
     """log P of sightings, each with a weight, from one pose.
 
-    `look`: where the camera points, half of its view, the camera, and the blur.
+    `look`: where the camera points, half of its view, and how sharp it is.
     """
-    gaze, half_view, camera, blur = look
+    gaze, half_view, camera = look
     shares, places = [], []
     for kind, position in zip(landmarks.classes, landmarks.positions, strict=True):
         dx, dy = position - pose[:2]
@@ -73,17 +83,17 @@ def sighting_log_likelihood(
         places.append((math.hypot(dx, dy), math.atan2(dy, dx) - pose[2]))
     total = 0.0
     for share, (_, bearing) in zip(shares, places, strict=True):
-        if abs(math.remainder(bearing - gaze, math.tau)) <= half_view:
-            total -= share
+        total -= share * in_view(bearing - gaze, half_view, camera.rim)
     for (kind, identity, distance, bearing), weight in seen:
         intensity = camera.outlier
-        variance = (camera.range_error * distance) ** 2 + blur**2
-        around = camera.bearing_error**2 + blur**2 / (distance**2 + blur**2)
+        variance = (camera.range_error * distance) ** 2 + camera.blur**2
+        around = camera.bearing_error**2 + camera.blur**2 / (distance**2 + camera.blur**2)
         for at, name in enumerate(zip(landmarks.classes, landmarks.identities, strict=True)):
             if name == (kind, identity):
                 off = places[at][0] - distance
                 turn = math.remainder(places[at][1] - bearing, math.tau)
                 fit = math.exp(-0.5 * (off**2 / variance + turn**2 / around))
-                intensity += shares[at] * fit
+                sure = in_view(places[at][1] - gaze, half_view, camera.rim)
+                intensity += shares[at] * sure * fit
         total += weight * math.log(intensity)
     return total

@@ -24,7 +24,7 @@ def landmarks(*places: tuple[float, float], names: tuple[str | None, ...] = ()) 
 def room(*rows: str, cell: float = 0.5) -> OccupancyMap:
     """A map drawn as text, `#` for walls; its lower left corner is the origin."""
     cells = np.array([[100 if mark == "#" else 0 for mark in row] for row in rows[::-1]], np.int8)
-    return OccupancyMap(GridGeometry(*cells.shape, cell), cells)
+    return OccupancyMap(GridGeometry(len(rows), len(rows[0]), cell), cells)
 
 
 def test_by_the_papers_rule_half_are_recognised_at_d_low_and_a_tenth_at_d_high() -> None:
@@ -106,7 +106,7 @@ def test_a_field_of_nothing_has_no_summit() -> None:
 def test_candidates_are_the_summits_places_by_chance_and_where_one_is() -> None:
     world = room(*["........"] * 8, "####....", "####....")
     sources = sources_of(landmarks((1.25, 1.25), (3.25, 3.25)), {"post": Recognition(0.6, 0.1)})
-    field = survey(sources, world, TargetParams(half_view=0.5))
+    field = survey(sources, world, TargetParams(half_view=0.5, clear=0.0))
     here = np.array([0.6, 0.4])
     candidates = field.around(here, 5, np.random.default_rng(1))
     summits = len(field.window_maxima) + len(field.environment_maxima)
@@ -133,3 +133,11 @@ def test_no_summit_lies_in_a_wall_or_close_to_a_higher_one() -> None:
     assert world.is_free[tuple(world.geometry.cells_of(places).T)].all()
     apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
     assert (apart[~np.eye(len(places), dtype=bool)] >= 1.0).all()
+
+
+def test_nobody_is_sent_onto_a_landmark() -> None:
+    world = room(*["........"] * 8, cell=0.1)
+    sources = sources_of(landmarks((0.4, 0.4)), {"post": Recognition(1.0, 0.1)})
+    field = survey(sources, world, TargetParams(half_view=0.5, clear=0.3))
+    candidates = field.around(np.array([0.7, 0.7]), 50, np.random.default_rng(0))
+    assert (np.hypot(*(candidates - (0.4, 0.4)).T) >= 0.3).all()

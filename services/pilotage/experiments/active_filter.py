@@ -19,8 +19,18 @@ Sightings = tuple[NDArray[np.int64], Array]
 """Kinds (s,), and values (s, 2): range [m] and bearing off the heading [rad]."""
 RESAMPLED_BELOW = 0.5
 """Share of effective particles."""
-RESET = 0.02
-"""Share of the belief that what is seen now may put elsewhere."""
+RESET = 0.1
+"""Share of the belief that what is seen may put elsewhere, if it fits nowhere.
+
+The mixing ratio of mixture MCL (Thrun et al. 2001, the paper's reference 6).
+"""
+FITTING = 0.1
+"""Likelihood of a sighting, relative to the best, from which on it is taken to fit the belief.
+
+Where it does not, the place may have died out: sensor resetting (Lenser & Veloso 2000).
+"""
+FORGETTING = 0.3
+"""Weight of the last sightings in the mean fit: one that is off by chance resets nothing."""
 
 
 class LandmarkFilter:
@@ -31,6 +41,7 @@ class LandmarkFilter:
         self._camera = camera
         self._seed = seed
         self._count = count
+        self._fit = 0.0
         rng = np.random.default_rng(seed)
         half = np.array([CARPET[0] / 2.0, CARPET[1] / 2.0, np.pi])
         self.belief = Hypotheses(rng.uniform(-half, half, (count, 3)), np.full(count, 1.0 / count))
@@ -44,9 +55,15 @@ class LandmarkFilter:
         rng = np.random.default_rng([*self._seed, step])
         errors = MOTION_ERROR * rng.standard_normal((self._count, 2))
         moved = predicted(self.belief, move, errors)
-        weighed = self._weighed(moved, gaze, sightings)
+        weighed, fit = self._weighed(moved, gaze, sightings)
         self.estimate = mean_place(weighed)
-        self.belief = self._reset(self._resampled(weighed, rng), sightings, rng)
+        drawn = self._resampled(weighed, rng)
+        replaced = rng.choice(self._count, round(RESET * self._count), replace=False)
+        chances = rng.random((len(replaced), 3))
+        if len(sightings[0]):
+            self._fit += FORGETTING * (fit - self._fit)
+        share = RESET * max(0.0, 1.0 - self._fit / FITTING)
+        self.belief = self._reset(drawn, sightings, (replaced, chances), share)
 
     def _resampled(self, belief: Hypotheses, rng: np.random.Generator) -> Hypotheses:
         """Return the belief drawn anew, if few particles count, and its copies parted.
@@ -64,17 +81,20 @@ class LandmarkFilter:
         return Hypotheses(belief.poses[chosen] + shaken, roots[chosen] / roots[chosen].sum())
 
     def _reset(
-        self, belief: Hypotheses, sightings: Sightings, rng: np.random.Generator
+        self,
+        belief: Hypotheses,
+        sightings: Sightings,
+        chances: tuple[NDArray[np.int64], Array],
+        share: float,
     ) -> Hypotheses:
         """Return the belief, some of its particles put to where the sightings could be made from.
 
-        Each sees one of the landmarks that one sighting may be of (Lenser & Veloso 2000).
+        Each sees one of the landmarks that one sighting may be of; together they hold `share`.
+        `chances`: the particles (k,), and numbers in [0, 1) for each (k, 3).
         """
         kinds, values = sightings
-        count = round(RESET * self._count)
-        replaced = rng.choice(self._count, count, replace=False)
-        picks, turns, spots = rng.random(count), rng.random(count), rng.random(count)
-        if not len(kinds):
+        replaced, (picks, turns, spots) = chances[0], chances[1].T
+        if not len(kinds) or share == 0.0:
             return belief
         sighting = (picks * len(kinds)).astype(int)
         firsts = self._sources.firsts
@@ -85,17 +105,22 @@ class LandmarkFilter:
         places = landmark - values[sighting, :1] * toward
         poses, weights = belief.poses.copy(), belief.weights.copy()
         poses[replaced] = np.column_stack([places, wrap(direction - values[sighting, 1])])
-        weights[replaced] = RESET / count
+        weights[replaced] = share / len(replaced)
         return Hypotheses(poses, weights / weights.sum())
 
-    def _weighed(self, belief: Hypotheses, gaze: float, sightings: Sightings) -> Hypotheses:
-        """Return the belief times the likelihood of what was seen."""
+    def _weighed(
+        self, belief: Hypotheses, gaze: float, sightings: Sightings
+    ) -> tuple[Hypotheses, float]:
+        """Return the belief times the likelihood of what was seen, and its mean per sighting."""
         log_p = sighting_log_likelihoods(
             self._sources, belief.poses, sightings,
             (gaze, self._camera.half_view), self._camera.sharpness,
         )  # fmt: skip
-        weights = belief.weights * np.exp(log_p - log_p.max())
-        return Hypotheses(belief.poses, weights / weights.sum())
+        best = float(log_p.max())
+        weights = belief.weights * np.exp(log_p - best)
+        mean = float(weights.sum())
+        fit = np.exp((best + np.log(mean)) / max(1, len(sightings[0])))
+        return Hypotheses(belief.poses, weights / mean), float(fit)
 
 
 def roughening(belief: Hypotheses) -> Array:

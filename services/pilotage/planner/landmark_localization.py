@@ -122,7 +122,8 @@ class LandmarkLocalization:
         spacing, camera = sample_spacing(belief), self.params.camera
         blur = float(np.hypot(spacing[:2].max(), self.params.noise * np.hypot(*move)))
         around = float(np.hypot(camera.bearing_error, spacing[2]))
-        return camera.range_error, around, camera.outlier, blur
+        # A pose may not be told by what is just in or out of view: that rim is too thin to aim by.
+        return Sharpness(camera.range_error, around, camera.outlier, blur, rim=around)
 
     def _drawn(self, belief: Hypotheses, rng: np.random.Generator) -> Hypotheses:
         """Return so many samples of the belief as are weighed, all of the same weight."""

@@ -24,16 +24,17 @@ class TargetParams:
     """What is offered.
 
     `half_view`: half the sensor's field of view [rad]; `headings`: in which the window potential
-    is computed; `apart`: maxima nearer to a higher one than this are left out [m]; `most_window`,
-    `most_environment`: so many maxima are kept, the highest; `random`: number of random places.
+    is computed; `clear`: nobody is sent nearer to a landmark than this, for it may be solid, and
+    on it there is no bearing to it [m]; `apart`: maxima nearer to a higher one than this are left
+    out [m]; `most_window`, `most_environment`: so many maxima are kept, the highest.
     """
 
     half_view: float
     headings: int = 24
+    clear: float = 0.3
     apart: float = 0.3
     most_window: int = 8
     most_environment: int = 4
-    random: int = 8
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,8 @@ class Field:
 
 def survey(sources: Sources, world: OccupancyMap, params: TargetParams) -> Field:
     """Return the potentials over a map's free cells, and their maxima."""
-    geometry, is_free = world.geometry, world.is_free
+    geometry = world.geometry
+    is_free = world.is_free & ~_near_landmarks(sources, geometry, params.clear)
     cells = np.argwhere(is_free)
     places = geometry.centres_of(cells)
     headings = np.arange(params.headings) * (2.0 * np.pi / params.headings) - np.pi
@@ -84,6 +86,15 @@ def survey(sources: Sources, world: OccupancyMap, params: TargetParams) -> Field
         _spread(m, params.apart, params.most_window),
         _spread(s, params.apart, params.most_environment),
     )
+
+
+def _near_landmarks(sources: Sources, geometry: GridGeometry, clear: float) -> NDArray[np.bool_]:
+    """Return the cells (rows, cols) whose centre is nearer to a landmark than `clear`."""
+    is_near = np.zeros(geometry.shape, bool)
+    centres = geometry.centres_of(np.argwhere(~is_near))
+    for landmark in sources.positions:
+        is_near |= (np.hypot(*(centres - landmark).T) < clear).reshape(geometry.shape)
+    return is_near
 
 
 def local_maxima(values: Array, *, is_cyclic: bool) -> NDArray[np.int64]:

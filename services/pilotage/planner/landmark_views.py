@@ -3,7 +3,7 @@
 Landmarks are recognised by chance, each with its own probability. So what is seen from pose j is
 a Poisson process over sightings z = (kind, range, bearing), with the intensity
 
-    lambda_j(z) = sum over landmarks l of that kind of p_jl * fit(z; l seen from j) + outlier,
+    lambda_j(z) = sum over landmarks l of that kind in view of p_jl * fit(z; l from j) + outlier,
 
 p_jl: the recognition probability. A set Z of sightings then has the log likelihood
 
@@ -24,12 +24,24 @@ from pilotage.planner.information import LogLikelihoods
 from pilotage.planner.potential_field import Sources, is_in_sight, is_within, recognised
 
 Array = NDArray[np.float64]
-Sharpness = tuple[float, float, float, float]
-"""Range error as a share, bearing error [rad], outlier intensity, and blur of the position [m]."""
 CUT = 4.0
 """Standard deviations beyond which a landmark does not fit; e^-8 is far below any outlier."""
 LEAST = 0.05
 """Landmarks recognised less often than this are not reckoned with."""
+
+
+class Sharpness(NamedTuple):
+    """How sharply a camera tells poses apart.
+
+    `range_error`, `bearing_error`, `outlier`: as of the camera; `blur`: of the position [m];
+    `rim`: over how much of a bearing on either side a landmark passes out of view [rad].
+    """
+
+    range_error: float
+    bearing_error: float
+    outlier: float
+    blur: float
+    rim: float
 
 
 @dataclass(frozen=True)
@@ -48,8 +60,8 @@ class Camera:
 
     @property
     def sharpness(self) -> Sharpness:
-        """What kernels need: the errors, the outliers, and no blur."""
-        return self.range_error, self.bearing_error, self.outlier, 0.0
+        """What kernels need: the errors and the outliers, no blur, and a sharp rim."""
+        return Sharpness(self.range_error, self.bearing_error, self.outlier, 0.0, 0.0)
 
 
 class Views(NamedTuple):
@@ -135,17 +147,18 @@ def _expected(
 ) -> LogLikelihoods:
     """See `expected_log_likelihoods`."""
     log_p = np.empty((len(truths), len(views.ranges)), np.float32)
-    missed = _recognised_in_view(views, window)
+    missed = _recognised_in_view(views, window, sharpness.rim)
     for i in range(len(truths)):
         for j in range(len(missed)):
             log_p[i, j] = -missed[j]
         for at in range(len(sources.kinds)):
-            share, bearing = views.shares[truths[i], at], views.bearings[truths[i], at]
-            if share > 0.0 and is_within(bearing, window[0], window[1]):
+            bearing = views.bearings[truths[i], at]
+            share = views.shares[truths[i], at] * _in_view(bearing, window, sharpness.rim)
+            if share > 0.0:
                 kind = sources.kinds[at]
                 landmarks = sources.firsts[kind], sources.firsts[kind + 1]
                 value = views.ranges[truths[i], at], bearing
-                _add(log_p[i], views, landmarks, value, (share, sharpness))
+                _add(log_p[i], views, landmarks, value, (share, window, sharpness))
     return log_p
 
 
@@ -159,22 +172,33 @@ def _weighed(
 ) -> Array:
     """See `sighting_log_likelihoods`."""
     kinds, values = sightings
-    total = -_recognised_in_view(views, window)
+    total = -_recognised_in_view(views, window, sharpness.rim)
     for s in range(len(kinds)):
         landmarks = firsts[kinds[s]], firsts[kinds[s] + 1]
-        _add(total, views, landmarks, (values[s, 0], values[s, 1]), (1.0, sharpness))
+        _add(total, views, landmarks, (values[s, 0], values[s, 1]), (1.0, window, sharpness))
     return total
 
 
 @kernel
-def _recognised_in_view(views: Views, window: tuple[float, float]) -> Array:
+def _in_view(bearing: float, window: tuple[float, float], rim: float) -> float:
+    """Return how surely a bearing lies within a window: 1 inside, 0 outside, between on the rim."""
+    gaze, half_view = window
+    if rim == 0.0 or half_view >= np.pi:
+        return 1.0 if is_within(bearing, gaze, half_view) else 0.0
+    off = bearing - gaze
+    off -= 2.0 * np.pi * np.rint(off / (2.0 * np.pi))
+    return float(min(1.0, max(0.0, 0.5 + (half_view - abs(off)) / (2.0 * rim))))
+
+
+@kernel
+def _recognised_in_view(views: Views, window: tuple[float, float], rim: float) -> Array:
     """Return how many landmarks each pose (n,) is expected to recognise through the window."""
     total = np.zeros(len(views.ranges))
     for j in range(len(total)):
         for at in range(views.ranges.shape[1]):
             share = views.shares[j, at]
-            if share > 0.0 and is_within(views.bearings[j, at], window[0], window[1]):
-                total[j] += share
+            if share > 0.0:
+                total[j] += share * _in_view(views.bearings[j, at], window, rim)
     return total
 
 
@@ -184,7 +208,7 @@ def _add(
     views: Views,
     landmarks: tuple[int, int],
     value: tuple[float, float],
-    weighing: tuple[float, Sharpness],
+    weighing: tuple[float, tuple[float, float], Sharpness],
 ) -> None:
     """Add weight * log lambda_j(z) to `total` (n,) of every pose j.
 
@@ -193,9 +217,9 @@ def _add(
         views: of the poses.
         landmarks: first and end of those of the sighting's kind.
         value: range and bearing of the sighting.
-        weighing: its weight, and the camera's sharpness.
+        weighing: its weight, where the camera pointed, and its sharpness.
     """
-    weight, (range_error, bearing_error, outlier, blur) = weighing
+    weight, window, (range_error, bearing_error, outlier, blur, rim) = weighing
     seen, bearing = value
     variance = (range_error * seen) ** 2 + blur**2 + 1e-6
     reach = CUT * np.sqrt(variance)
@@ -210,5 +234,6 @@ def _add(
                 turn -= 2.0 * np.pi * np.rint(turn / (2.0 * np.pi))
                 squared = off * off / variance + turn * turn / around
                 if squared < CUT * CUT:
-                    intensity += views.shares[j, at] * np.exp(-0.5 * squared)
+                    share = views.shares[j, at] * _in_view(views.bearings[j, at], window, rim)
+                    intensity += share * np.exp(-0.5 * squared)
         total[j] += weight * np.log(intensity + outlier) if intensity > 0.0 else nothing
