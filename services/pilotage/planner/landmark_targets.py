@@ -42,12 +42,12 @@ class Field:
     """The potentials of landmarks over the cells where a robot may be.
 
     `environment` (rows, cols) and `window` (rows, cols, headings), zero where no robot may be;
-    `window_maxima` (k, 3): x, y [m] and heading, `environment_maxima` (k, 2), both highest first
-    and in the map frame.
+    `is_clear` (rows, cols): where one may be sent; `window_maxima` (k, 3): x, y [m] and heading,
+    `environment_maxima` (k, 2), of what is clear, both highest first and in the map frame.
     """
 
     geometry: GridGeometry
-    is_free: NDArray[np.bool_]
+    is_clear: NDArray[np.bool_]
     environment: Array
     window: Array
     window_maxima: Array
@@ -60,27 +60,27 @@ class Field:
         )
 
     def _random(self, count: int, rng: np.random.Generator) -> Array:
-        cells = np.argwhere(self.is_free)
+        cells = np.argwhere(self.is_clear)
         return self.geometry.centres_of(cells[rng.integers(len(cells), size=count)])
 
 
 def survey(sources: Sources, world: OccupancyMap, params: TargetParams) -> Field:
     """Return the potentials over a map's free cells, and their maxima."""
-    geometry = world.geometry
-    is_free = world.is_free & ~_near_landmarks(sources, geometry, params.clear)
-    cells = np.argwhere(is_free)
-    places = geometry.centres_of(cells)
+    geometry, is_free = world.geometry, world.is_free
+    is_clear = is_free & ~_near_landmarks(sources, geometry, params.clear)
+    places = geometry.centres_of(np.argwhere(is_free))
     headings = np.arange(params.headings) * (2.0 * np.pi / params.headings) - np.pi
     environment = np.zeros(geometry.shape)
     environment[is_free] = environment_potential(sources, places)
     window = np.zeros((*geometry.shape, params.headings))
     window[is_free] = window_potential(sources, places, headings, params.half_view)
-    at_window = local_maxima(window, is_cyclic=True)
+    at_window = local_maxima(window * is_clear[:, :, None], is_cyclic=True)
     m = np.column_stack([geometry.centres_of(at_window[:, :2]), headings[at_window[:, 2]]])
-    s = geometry.centres_of(local_maxima(environment[:, :, None], is_cyclic=False)[:, :2])
+    at_whole = local_maxima((environment * is_clear)[:, :, None], is_cyclic=False)
+    s = geometry.centres_of(at_whole[:, :2])
     return Field(
         geometry,
-        is_free,
+        is_clear,
         environment,
         window,
         _spread(m, params.apart, params.most_window),
