@@ -44,7 +44,13 @@ class CameraParams:
     def sharpness(self) -> Sharpness:
         """How sharply it tells poses apart."""
         camera = self.camera
-        return camera.range_error, camera.bearing_error, camera.outlier, self.precision
+        return Sharpness(
+            camera.range_error,
+            camera.bearing_error,
+            camera.outlier,
+            blur=self.precision,
+            rim=camera.bearing_error,
+        )
 
 
 class LandmarkPotential:
