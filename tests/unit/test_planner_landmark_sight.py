@@ -5,17 +5,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 from drawing import draw
 from pilotage.bus.deployment import ConfigError
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.core.laser_view import View
+from pilotage.planner import landmark_views
 from pilotage.planner.active_drive import ActiveDrive
 from pilotage.planner.active_localization import ActiveLocalization, ActiveParams
 from pilotage.planner.camera_setup import camera_of
 from pilotage.planner.config import PlannerSettings
-from pilotage.planner.landmark_sight import CameraParams, LandmarkSight
+from pilotage.planner.landmark_sight import CameraParams, LandmarkSight, warm_up
 from pilotage.planner.landmark_views import Camera
 from pilotage.planner.potential_field import Recognition
 from pilotage.planner.sight import FULL_TURN
@@ -130,3 +132,9 @@ def test_landmarks_that_cannot_be_used_are_refused_in_one_line(tmp_path: Path) -
     )
     with pytest.raises(ConfigError, match="no landmark is of the class 'goal'"):
         camera_of(strange)
+
+
+@pytest.mark.parametrize("kernel", [landmark_views._look, landmark_views._expected])
+def test_kernels_are_compiled_before_a_robot_waits_for_them(kernel: Dispatcher) -> None:
+    warm_up()
+    assert kernel.signatures

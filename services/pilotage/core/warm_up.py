@@ -22,7 +22,7 @@ WARM_UPS = [
     "pilotage.planner.expected_scans:warm_up",
     "pilotage.planner.common_ground:warm_up",
     "pilotage.planner.map_potential:warm_up",
-    "pilotage.planner.potential_field:warm_up",
+    "pilotage.planner.landmark_sight:warm_up",
     "pilotage.planner.path_kernels:warm_up",
 ]
 """`module:function`, by name because core lies below the services and may not import them."""

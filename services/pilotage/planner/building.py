@@ -9,6 +9,7 @@ from pilotage.planner import (
     expected_scans,
     hypotheses,
     information,
+    landmark_sight,
     map_potential,
     path_kernels,
 )
@@ -88,5 +89,6 @@ def warm_up() -> None:
         expected_scans,
         map_potential,
         path_kernels,
+        landmark_sight,
     ):
         module.warm_up()

@@ -99,3 +99,11 @@ class LandmarkSight:
         views = views_from(self._sources, poses)
         sharpness = self.params.sharpness
         return expected_log_likelihoods(self._sources, views, truths, window, sharpness)
+
+
+def warm_up() -> None:
+    """Compile the kernels of landmarks, or load them."""
+    world = OccupancyMap(GridGeometry(2, 2, RESOLUTION), np.zeros((2, 2), np.int8))
+    landmarks = LandmarkMap(np.zeros((1, 2)), ("post",), (None,))
+    sight = LandmarkSight(landmarks, world, CameraParams())
+    sight.log_likelihoods(np.zeros((1, 3)), np.zeros(1, np.int64), (0.0, 0.5))
