@@ -139,3 +139,18 @@ def test_the_wider_a_belief_the_farther_apart_its_samples() -> None:
 
 def test_the_spacing_does_not_care_for_the_seam_at_half_a_turn() -> None:
     assert sample_spacing(around((0.0, 0.0, np.pi)))[2] < 0.01
+
+
+def test_nothing_is_expected_to_be_seen_through_a_wall() -> None:
+    walled = floor()
+    walled.cells[:, 26:28] = 100
+    behind = LandmarkMap(np.array([[1.5, 0.0]]), ("post",), (None,))
+    belief = around((-0.2, 0.0, 0.0), (-0.2, 0.0, np.pi))
+    open_view, hidden = (
+        LandmarkLocalization(
+            sources_of(behind, {"post": Recognition(3.0, 0.1)}, world), floor(), PARAMS
+        ).decide(belief, np.random.default_rng(1))
+        for world in (None, walled)
+    )
+    assert open_view.gains[-1] > 0.3
+    assert hidden.gains[-1] == pytest.approx(0.0, abs=1e-6)
