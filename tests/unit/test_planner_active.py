@@ -109,11 +109,25 @@ def test_where_it_stands_tells_rooms_apart_that_differ_there() -> None:
 
 def test_looks_come_by_falling_value_and_none_tells_more_than_is_unknown() -> None:
     decision = decide("rooms", in_rooms(0, 1, 2))
-    values = [look.gain - 0.2 * look.travel for look in decision.looks]
+    cost = ActiveParams().alpha * decision.uncertainty
+    values = [look.gain - cost * look.travel for look in decision.looks]
     assert values == sorted(values, reverse=True)
     assert max(look.gain for look in decision.looks) <= decision.uncertainty + 1e-6
     assert min(look.gain for look in decision.looks) > -0.01
     assert {look.kind for look in decision.looks} == {"here", "potential", "random"}
+
+
+def test_who_only_wants_confirming_goes_to_where_it_looks_like_nowhere_else() -> None:
+    """Not the farthest place, as when nothing tells several apart, but the rarest near by."""
+    world, active = _on("rooms")
+    sure = in_rooms(0)
+    decision = decide("rooms", sure)
+    assert decision.uncertainty == 0.0
+    ends = se2.transform_points(sure.best, np.array([look.point for look in decision.looks]))
+    travels = np.array([look.travel for look in decision.looks])
+    worth = active.potential.bits_at(ends) - travels
+    assert worth[0] == worth.max()
+    assert world.geometry.contains(world.geometry.cells_of(ends)).all()
 
 
 def test_a_way_is_weighed_against_what_it_tells() -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.laser_view import View
@@ -34,17 +35,20 @@ POINTINGS = 8
 class ActiveParams:
     """How the next look is chosen.
 
-    `alpha`: bits that a metre of way must bring (eq. 6) [bit/m]; `candidates`: how many are
-    weighed; `observations`: how many places say what would be seen; `samples`: of the belief, that
-    a pointing has to tell apart; `negligible`: gain that is
-    not worth a move, `worth_a_turn`: not worth turning for on arrival [bit].
+    `alpha`: share of the uncertainty that a metre of way must take away (eq. 6) [1/m]; as a number
+    of bits it would hold back a robot that has but two places to tell apart. `candidates`: how
+    many are weighed; `observations`: how many places say what would be seen; `samples`: of the
+    belief, that a pointing has to tell apart. `negligible`: gain that is not worth a move,
+    `worth_a_turn`: not worth turning for on arrival, `settled`: uncertainty of a belief that only
+    wants confirming [bit].
     """
 
-    alpha: float = 0.2
+    alpha: float = 0.05
     candidates: int = 60
     observations: int = 32
     samples: int = 200
-    negligible: float = 0.02
+    negligible: float = 0.05
+    settled: float = 0.5
     worth_a_turn: float = 0.1
     sight: SightParams = field(default_factory=SightParams)
     ground: GroundParams = field(default_factory=GroundParams)
@@ -112,7 +116,7 @@ class ActiveLocalization:
         reach = self._reach(likely(places), view)
         targets = candidates(reach, self._maxima, places, self.params.candidates, rng)
         gains = self.gains(places, targets.points)
-        values = self._values(gains, targets, tried)
+        values = self._values(gains, targets, places, tried)
         order = np.argsort(-values, kind="stable")
         looks = tuple(
             Look(targets.points[i], float(gains[i]), float(targets.travel[i]), targets.kinds[i])
@@ -176,13 +180,21 @@ class ActiveLocalization:
         return Reach(geometry, passable, metres)
 
     def _values(
-        self, gains: NDArray[np.float64], targets: Candidates, tried: NDArray[np.float64]
+        self,
+        gains: NDArray[np.float64],
+        targets: Candidates,
+        places: Hypotheses,
+        tried: NDArray[np.float64],
     ) -> NDArray[np.float64]:
         """Return U (eq. 6) of each target; what was tried has told what it can."""
-        values = gains - self.params.alpha * targets.travel
+        uncertainty = entropy(places.weights)
+        values = gains - self.params.alpha * uncertainty * targets.travel
         if gains.max() < self.params.negligible:
-            # Nothing within reach tells the places apart, so the farthest shows most that is new.
-            values = targets.travel.copy()
+            # Nothing within reach tells the places apart: the farthest shows most that is new. Or
+            # there is but one, and it wants confirming where it looks like no other.
+            seen = se2.transform_points(places.best, targets.points)
+            rare = self.potential.bits_at(seen) - targets.travel
+            values = rare if uncertainty < self.params.settled else targets.travel.copy()
         for point in tried:
             values[np.hypot(*(targets.points - point).T) < NEAR] -= TRIED
         return values

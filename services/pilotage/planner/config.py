@@ -61,11 +61,12 @@ class PlannerSettings(Settings):
     """How the planner drives, and when it finds out by itself where the robot is.
 
     `max_linear` [m/s] and `max_angular` [rad/s] are never exceeded, nor are the robot's own.
-    `alpha` [bit/m]: what a metre of way must tell (Liu et al. 2008, eq. 6); `candidates`: how
-    many looks are weighed. `always_localizes`: every doubt of the pose is resolved unasked, until
-    somebody says otherwise. `doubt`, `settled`, `patience`, `longest_search` [s]: see
-    MissionParams. `landmarks`: the file that says where those are which the robot is localized by,
-    seen by `camera`; without one it is localized by the walls. `seed` of what is drawn at random.
+    `alpha` [1/m]: share of the uncertainty that a metre of way must take away (Liu et al. 2008,
+    eq. 6); `candidates`: how many looks are weighed. `always_localizes`: every doubt of the pose is
+    resolved unasked, until somebody says otherwise. `doubt`, `settled`, `patience`,
+    `longest_search` [s]: see MissionParams. `landmarks`: the file that says where those are which
+    the robot is localized by, seen by `camera`; without one it is localized by the walls. `seed` of
+    what is drawn at random.
     """
 
     max_linear: Annotated[float, Field(ge=0.05, le=2.0)] = FollowerParams.max_linear

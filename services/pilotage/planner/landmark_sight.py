@@ -17,6 +17,7 @@ from pilotage.planner.landmark_views import (
     expected_log_likelihoods,
     views_from,
 )
+from pilotage.planner.map_potential import bits_at
 from pilotage.planner.potential_field import Recognition, sources_of
 from pilotage.planner.sight import Window
 
@@ -60,6 +61,10 @@ class LandmarkPotential:
         self.geometry: GridGeometry = found.geometry
         self.bits = found.environment.astype(np.float32)
         self._maxima = np.vstack([found.window_maxima[:, :2], found.environment_maxima])
+
+    def bits_at(self, points_map: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return it at points (n, 2) of the map frame, zero off the map."""
+        return bits_at(self.geometry, self.bits, points_map)
 
     def maxima(self) -> NDArray[np.float64]:
         """Return M u S (k, 2), map frame."""

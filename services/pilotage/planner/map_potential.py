@@ -34,6 +34,10 @@ class MapPotential:
     geometry: GridGeometry
     bits: NDArray[np.float32]
 
+    def bits_at(self, points_map: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return it at points (n, 2) of the map frame, zero off the map."""
+        return bits_at(self.geometry, self.bits, points_map)
+
     def maxima(self) -> NDArray[np.float64]:
         """Return the places (n, 2), map frame, that no neighbour tops; the richest first."""
         padded = np.pad(self.bits, 1)
@@ -47,6 +51,17 @@ class MapPotential:
         tops = np.argwhere((self.bits > 0.0) & (self.bits >= np.max(around, axis=0)))
         order = np.argsort(-self.bits[tops[:, 0], tops[:, 1]], kind="stable")
         return self.geometry.centres_of(tops[order])
+
+
+def bits_at(
+    geometry: GridGeometry, bits: NDArray[np.float32], points_map: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the cells' values (rows, cols) at points (n, 2) of the map frame, zero outside."""
+    cells = geometry.cells_of(points_map)
+    inside = geometry.contains(cells)
+    found = np.zeros(len(cells))
+    found[inside] = bits[cells[inside, 0], cells[inside, 1]]
+    return found
 
 
 def map_potential(world: OccupancyMap, scans: ExpectedScans, radius: float) -> MapPotential:

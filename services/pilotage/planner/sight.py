@@ -30,6 +30,10 @@ class Potential(Protocol):
         """The environment potential of each cell."""
         ...
 
+    def bits_at(self, points_map: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return it at points (n, 2) of the map frame, zero off the map."""
+        ...
+
     def maxima(self) -> NDArray[np.float64]:
         """Return the places (k, 2), map frame, where it is highest; the highest first."""
         ...
