@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from pilotage.bus.deployment import ConfigError
-from pilotage.core.map_files import load_map
+from pilotage.core.map_files import MapFileError, load_map
 from pilotage.experiments.report import DPI
 from pilotage.experiments.trial_entrants import POLICIES
 from pilotage.experiments.trial_plots import track_figure
@@ -50,6 +50,8 @@ def trial(options: TrialOptions) -> None:
     try:
         world = _world(options.map)
         starts, runs = _conducted(world, options)
+    except MapFileError as error:  # which names the file
+        raise ConfigError(str(error)) from error
     except ValueError as error:
         raise ConfigError(f"{options.map}: {error}") from error
     about = {
