@@ -40,7 +40,7 @@ class ActiveParams:
     noise: float = 0.1
     gazes: int = 16
     samples: int = 250
-    truths: int = 12
+    truths: int = 24
     camera: Camera = field(default_factory=Camera)
     random_targets: int = 6
 
