@@ -95,12 +95,17 @@ def _mean(belief: Hypotheses, place: list[int]) -> NDArray[np.float64]:
 
 
 def clearance(world: OccupancyMap) -> NDArray[np.float64]:
-    """Twin of `common_ground.Clearance`: every cell against every one that stops a body."""
-    blocked = np.argwhere(~world.is_free)
+    """Twin of `common_ground.Clearance`: every cell against every one that stops a body.
+
+    Those all round the map stop it as well.
+    """
+    rows, cols = world.geometry.shape
+    around = [(r, c) for r in (-1, rows) for c in range(-1, cols + 1)]
+    around += [(r, c) for c in (-1, cols) for r in range(rows)]
+    blocked = np.concatenate([np.argwhere(~world.is_free), around])
     metres = np.full(world.geometry.shape, np.inf)
     for cell in np.ndindex(metres.shape):
-        if len(blocked):
-            metres[cell] = np.hypot(*(blocked - cell).T).min() - 0.5
+        metres[cell] = np.hypot(*(blocked - cell).T).min() - 0.5
     distances: NDArray[np.float64] = metres * world.geometry.resolution
     return distances
 

@@ -19,6 +19,8 @@ GOING: Speeds = (0.4, 0.0)
 class Searching:
     """A search that turns about."""
 
+    failure: str | None = None
+
     def step(self, _situation: Situation) -> Speeds:
         return SEARCHING
 
@@ -244,3 +246,20 @@ def test_what_is_cancelled_is_over() -> None:
     assert story.mission.ending == "stand"
     assert story.run(1.0) == [None] * 10
     assert (story.mission.outcome, story.mission.task) == ("cancelled", "")
+
+
+def test_a_search_that_gives_up_is_told_and_not_begun_again_at_once() -> None:
+    story = Story(always=True)
+    story.state = "ambiguous"
+    story.run(3.0)
+    assert story.mode == "localizing"
+    assert isinstance(story.mission.search, Searching)
+    story.mission.search.failure = "nothing tells the 4 places apart"
+    assert story.run(0.1) == [None]
+    assert (story.mode, story.mission.outcome) == ("idle", "failed")
+    assert story.mission.reason == "nothing tells the 4 places apart"
+    assert story.mission.ending == "resume"
+    story.run(30.0)
+    assert story.mode == "idle"
+    story.run(40.0)
+    assert story.mode == "localizing", "people may have changed the room meanwhile"

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.planner.active_localization import ActiveLocalization, Decision
-from pilotage.planner.hypotheses import merged
+from pilotage.planner.hypotheses import likely, merged
 from pilotage.planner.information import entropy
 from pilotage.planner.path_follower import PathFollower
 from pilotage.planner.path_params import FollowerParams, Tolerances
@@ -22,6 +22,8 @@ NEAR_ENOUGH = Tolerances(position=0.25, heading=0.2)
 """From which the same is seen."""
 PERIOD = 1.0
 """Least time [s] between two decisions, that the robot does not stand and think."""
+FRUITLESS = 3
+"""Far places in a row that told nothing, after which it admits that nothing will."""
 GAZE_PERIOD = 0.6
 """s: the joint turns, and a picture or two are taken."""
 LONGEST_STEP = 0.2
@@ -50,6 +52,16 @@ class ActiveDrive:
         self._before = -np.inf
         self._is_under_way = False
         self._gazed = -np.inf
+        self._fruitless = 0
+        self._least = np.inf
+
+    @property
+    def failure(self) -> str | None:
+        """Why it looks no further, in words; None as long as there is hope."""
+        if self._fruitless < FRUITLESS or self.decision is None:
+            return None
+        count = len(likely(self.decision.places).weights)
+        return f"nothing within reach tells the {count} places apart"
 
     def step(self, situation: Situation) -> Speeds:
         """Return the speeds until the next step."""
@@ -57,12 +69,13 @@ class ActiveDrive:
         if self._is_time(situation):
             self._decide(situation)
         self._look(situation)
-        if not self._is_under_way:
+        if not self._is_under_way or self.failure is not None:
             return 0.0, 0.0
         followed = self._follower.step(situation.odom_from_base, situation.view, dt)
         if followed.state != "following":
             self._tried = np.vstack([self._tried, self._target()])
             self._is_under_way = False
+            self._fruitless += self._tells_nothing
         return followed.speeds
 
     def _is_time(self, situation: Situation) -> bool:
@@ -73,11 +86,18 @@ class ActiveDrive:
             return True
         moved = se2.between(self.decided_at, situation.odom_from_base)
         # Where nothing tells the farthest is chosen: thought over on the way, it would be behind.
-        is_telling = self.decision.looks[0].gain >= self.active.params.negligible
-        if is_telling and np.hypot(moved[0], moved[1]) > AS_LONG:
+        if not self._tells_nothing and np.hypot(moved[0], moved[1]) > AS_LONG:
             return True
         left = entropy(merged(situation.belief).weights)
         return abs(left - self.decision.uncertainty) > NEWS
+
+    @property
+    def _tells_nothing(self) -> bool:
+        """Whether several places are likely, and no look that was found tells them apart."""
+        params, decision = self.active.params, self.decision
+        if decision is None or decision.uncertainty < params.settled:
+            return False
+        return decision.looks[0].gain < params.negligible
 
     def _decide(self, situation: Situation) -> None:
         here = situation.odom_from_base
@@ -85,6 +105,8 @@ class ActiveDrive:
         decision = self.active.decide(situation.belief, situation.view, self.rng, tried)
         self.decision, self.decided_at, self._decided = decision, here, situation.now
         self._is_under_way = True
+        if decision.uncertainty < self._least - NEWS:
+            self._least, self._fruitless = decision.uncertainty, 0
         heading = None if decision.heading is None else float(wrap(here[2] + decision.heading))
         self._follower.begin(se2.transform_points(here, decision.path), heading, NEAR_ENOUGH)
 

@@ -44,8 +44,10 @@ class Clearance:
     def __init__(self, world: OccupancyMap) -> None:
         self.geometry = world.geometry
         half_a_cell = np.float32(0.5 * world.geometry.resolution)
-        centres = distance_to_walls(~world.is_free, world.geometry.resolution)
-        self.metres = centres - half_a_cell
+        # Nobody knows what is beyond the edge.
+        blocked = np.pad(~world.is_free, 1, constant_values=True)
+        centres = distance_to_walls(blocked, world.geometry.resolution)[1:-1, 1:-1]
+        self.metres = np.ascontiguousarray(centres) - half_a_cell
 
 
 def common_ground(

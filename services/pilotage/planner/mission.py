@@ -35,6 +35,15 @@ class Target:
         return f"({self.pose[0]:.2f}, {self.pose[1]:.2f})"
 
 
+class Search(Policy, Protocol):
+    """A search for where the robot is."""
+
+    @property
+    def failure(self) -> str | None:
+        """Why it cannot be found out, in words; None as long as it may."""
+        ...
+
+
 class Way(Policy, Protocol):
     """A way to a target, being gone."""
 
@@ -90,7 +99,7 @@ class Mission:
     ended, and says whether the robot shall stand or may go on with what it did before.
     """
 
-    begin_search: Callable[[], Policy]
+    begin_search: Callable[[], Search]
     plan_way: Callable[[Target, Situation], Way]
     params: MissionParams = field(default_factory=MissionParams)
     always: bool = False
@@ -100,7 +109,7 @@ class Mission:
     ending: Ending | None = None
     target: Target | None = None
     way: Way | None = None
-    search: Policy | None = None
+    search: Search | None = None
     _is_asked_to_search: bool = False
     _searching_since: float = 0.0
     _waiting_since: float | None = None
@@ -198,6 +207,10 @@ class Mission:
         assert self.search is not None  # noqa: S101 - the caller has looked
         if self._is_settled(situation.now):
             return self._found(situation)
+        if self.search.failure is not None:
+            self._paused_until = situation.now + self.params.pause
+            self.end("failed", self.search.failure, "resume")
+            return None
         if situation.now - self._searching_since > self.params.longest_search:
             self._paused_until = situation.now + self.params.pause
             spent = f"{self.params.longest_search:g} s"
