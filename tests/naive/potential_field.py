@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
 from pilotage.core.raycast import cast_rays
-from pilotage.planner.landmark_views import LEAST, Sharpness
+from pilotage.planner.landmark_views import LEAST, NEAR, Sharpness
 from pilotage.planner.potential_field import Recognition
 
 Array = NDArray[np.float64]
@@ -53,6 +53,12 @@ def window_potential(
     return total
 
 
+def seen_share(distance: float, recognition: Recognition) -> float:
+    """How often a landmark is recognised that the camera points to."""
+    share = recognised(distance, recognition)
+    return share if share >= LEAST and distance >= NEAR else 0.0
+
+
 def in_view(off: float, half_view: float, rim: float) -> float:
     """How surely a landmark so far off the camera's pointing is in its view."""
     if half_view >= math.pi:
@@ -78,8 +84,7 @@ def sighting_log_likelihood(
     shares, places = [], []
     for kind, position in zip(landmarks.classes, landmarks.positions, strict=True):
         dx, dy = position - pose[:2]
-        share = recognised(math.hypot(dx, dy), recognitions[kind])
-        shares.append(share if share >= LEAST else 0.0)
+        shares.append(seen_share(math.hypot(dx, dy), recognitions[kind]))
         places.append((math.hypot(dx, dy), math.atan2(dy, dx) - pose[2]))
     total = 0.0
     for share, (_, bearing) in zip(shares, places, strict=True):

@@ -96,9 +96,9 @@ def recognisable(
     for (kind, identity), position in zip(names, world.positions, strict=True):
         x, y = se2.transform_points(se2.inverse(pose), position[None])[0]
         distance, bearing = float(np.hypot(x, y)), float(np.arctan2(y, x))
-        share = naive.recognised(distance, RECOGNITIONS[kind])
+        share = naive.seen_share(distance, RECOGNITIONS[kind])
         weight = share * naive.in_view(bearing - window[0], window[1], rim)
-        if share >= 0.05 and weight > 0.0:
+        if weight > 0.0:
             seen.append(((kind, identity, distance, bearing), weight))
     return seen
 
@@ -134,3 +134,10 @@ def test_nothing_explains_what_is_seen_better_than_where_one_is(seed: int, count
     around = np.column_stack([rng.uniform(-1.0, 1.0, (12, 2)), rng.uniform(-3.0, 3.0, 12)])
     logs = expected(sources_of(world, RECOGNITIONS), around, TURN)
     assert (logs.diagonal()[:, None] >= logs - 0.05).all()
+
+
+def test_a_landmark_under_the_camera_is_not_seen() -> None:
+    sources = sources_of(LandmarkMap(np.zeros((1, 2)), ("post",), (None,)), RECOGNITIONS)
+    under, beside = views_from(sources, np.array([[0.05, 0.0, 0.0], [0.3, 0.0, 0.0]])).shares
+    assert under == pytest.approx([0.0])
+    assert beside[0] > 0.9

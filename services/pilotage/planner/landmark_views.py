@@ -26,6 +26,8 @@ from pilotage.planner.potential_field import Sources, is_in_sight, is_within, re
 Array = NDArray[np.float64]
 CUT = 4.0
 """Standard deviations beyond which a landmark does not fit; e^-8 is far below any outlier."""
+NEAR = 0.15
+"""m: what is nearer lies below the picture. (On a landmark its bearing could be anything.)"""
 LEAST = 0.05
 """Landmarks recognised less often than this are not reckoned with."""
 
@@ -130,7 +132,7 @@ def _look(sources: Sources, poses: Array, views: Views) -> None:
             distance = np.sqrt(dx * dx + dy * dy)
             share = recognised(distance, sources.reaches[at], sources.falls[at])
             views.ranges[i, at], views.bearings[i, at], views.shares[i, at] = distance, 0.0, 0.0
-            if share >= LEAST:
+            if share >= LEAST and distance >= NEAR:
                 direction = np.arctan2(dy, dx)
                 views.bearings[i, at] = direction - theta
                 if is_in_sight(sources.walls, x, y, direction, distance):
