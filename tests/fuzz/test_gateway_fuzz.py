@@ -25,6 +25,7 @@ from gateway_world import (
     description,
     grid,
     odometry,
+    planning_status,
     pose_estimate,
     process,
     scan,
@@ -49,18 +50,19 @@ def zipped(_context: object, _value: object) -> bytes:
     return packed({"map.yaml": b"image: map.pgm", "map.pgm": b"P5"})
 
 
-LIBRARY: dict[str, Part] = {
+ANSWERS: dict[str, Part] = {
     "map_list": MapList(maps=(StoredMap.model_validate(EXAMPLE),)),
     "map_fetch": MapFile(content=np.zeros(3, np.int8)),
     "map_store": MapSaved.model_validate(SAVED_EXAMPLE),
     "map_delete": Done(detail="deleted office"),
+    "planner_status": planning_status(1),
 }
 
 
 def answering(world: GatewayWorld) -> None:
     """Let every command be answered with its example, and the library hold one map."""
     for query in QUERIES.values():
-        parsed = LIBRARY.get(query.name)
+        parsed = ANSWERS.get(query.name)
         if parsed is None:
             parsed = query.reply.model_validate(EXAMPLES[query.name][1])
         world.other(query.service).answer(query.name, lambda _request, parsed=parsed: parsed)  # type: ignore[misc]  # bound now
@@ -83,6 +85,7 @@ def picture(world: GatewayWorld) -> None:
         ("robot", "odometry", odometry(now_ns)),
         ("robot", "status", status(now_ns)),
         ("robot", "description", description(now_ns)),
+        ("planner", "planning_status", planning_status(now_ns)),
         ("launcher", "deployment", deployment(now_ns, process("robot", "ready"))),
     ):
         world.other(service).publisher(topic).publish(message)
