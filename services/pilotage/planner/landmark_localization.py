@@ -36,7 +36,7 @@ class ActiveParams:
     """
 
     step: float = 0.10
-    alpha: float = 0.2
+    alpha: float = 0.1
     noise: float = 0.1
     gazes: int = 16
     samples: int = 250
