@@ -1,0 +1,1 @@
+"""The topological map: doors, corners and passages, and the nodes that are bound to them."""
