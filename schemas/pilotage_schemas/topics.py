@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pilotage_schemas import commands as c
-from pilotage_schemas import health, localization, mapping, planning, sensors, topology
+from pilotage_schemas import health, localization, mapping, planning, sensors
+from pilotage_schemas import topology as t
 from pilotage_schemas.message import Message, Part
 
 VERSION = 1
@@ -70,6 +71,11 @@ class Query:
     is_command: bool = True
 
 
+def _asked(name: str, request: type[Part], reply: type[Part], summary: str) -> Query:
+    """Return a query of the topology service that is no command."""
+    return Query(name, "topology", request, reply, summary, 10.0, is_command=False)
+
+
 _TOPICS = (
     Topic("odometry", sensors.Odometry, "robot", 20, "latest_wins", "dead reckoning"),
     Topic("scan", sensors.LaserScan, "robot", 10, "latest_wins", "laser ranges"),
@@ -112,9 +118,12 @@ _TOPICS = (
     Topic("potential", planning.PotentialField, "planner", None, "never_drop", "potential field"),
     Topic("plan", planning.ActivePlan, "planner", None, "never_drop", "the next look"),
     Topic("planning_status", planning.PlanningStatus, "planner", 2, "latest_wins", "what it plans"),
-    Topic("topology", topology.TopologicalMap, "topology", None, "never_drop", "places and ways"),
-    Topic("node_arrival", topology.NodeArrival, "topology", None, "never_drop", "a place reached"),
-    Topic("relocalization", topology.Relocalization, "topology", None, "never_drop", "found again"),
+    Topic("topology", t.TopologicalMap, "topology", None, "never_drop", "places and ways"),
+    Topic("node_arrival", t.NodeArrival, "topology", None, "never_drop", "a place reached"),
+    Topic("relocalization", t.Relocalization, "topology", None, "never_drop", "found again"),
+    # Up to 5 Hz, but only while something matches: their silence is no fault.
+    Topic("matched_lines", t.MatchedPairs, "localizer", None, "latest_wins", "lines seen again"),
+    Topic("matched_features", t.MatchedPairs, "topology", None, "latest_wins", "a node's, too"),
     Topic("heartbeat", health.Heartbeat, EVERYONE, 4, "latest_wins", "the loop is alive"),
     Topic("health", health.Health, EVERYONE, 1, "latest_wins", "a service's account"),
     Topic("deployment", health.Deployment, "launcher", 1, "latest_wins", "all processes"),
@@ -162,6 +171,16 @@ _QUERIES = (
         "what the planner does",
         is_command=False,
     ),
+    Query("topology_build", "topology", t.TopologyBuild, t.TopologyLoaded, "build it anew", 60.0),
+    Query("topology_save", "topology", t.TopologySave, t.TopologySaved, "keep the places", 10.0),
+    Query("topology_load", "topology", t.TopologyLoad, t.TopologyLoaded, "use kept places", 30.0),
+    Query("topology_link", "topology", t.TopologyLink, c.Done, "join two floors, as a lift", 10.0),
+    _asked("topology_route", t.TopologyRoute, t.Route, "the cheapest way"),
+    _asked("nearest_node", t.NearestNode, t.NodeFound, "the nearest node"),
+    _asked("topology_list", c.Nothing, t.TopologyList, "list the topological maps"),
+    _asked("topology_delete", t.TopologyDelete, c.Done, "delete a topological map"),
+    _asked("topology_fetch", t.TopologyFetch, t.TopologyFile, "read one as GeoJSON"),
+    _asked("topology_store", t.TopologyStore, t.TopologySaved, "take one in as GeoJSON"),
     Query("restart", "launcher", c.Restart, c.Done, "restart one process"),
 )
 

@@ -37,8 +37,17 @@ from pilotage.gateway.routes.commands import EXAMPLES
 from pilotage.gateway.routes.library import EXAMPLE, SAVED_EXAMPLE
 from pilotage.gateway.server import listening, serve_at
 from pilotage_schemas.commands import Done, MapFile, MapList, MapSaved, StoredMap
+from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.message import Part
 from pilotage_schemas.topics import QUERIES, TOPICS, encoding, topic_key
+from pilotage_schemas.topology import (
+    NodeFound,
+    Route,
+    StoredTopology,
+    TopologyFile,
+    TopologyList,
+    TopologySaved,
+)
 
 CASES = 300
 """Of each kind of request, over 36 operations: the whole file stays under 20 s."""
@@ -50,12 +59,23 @@ def zipped(_context: object, _value: object) -> bytes:
     return packed({"map.yaml": b"image: map.pgm", "map.pgm": b"P5"})
 
 
+KEPT = StoredTopology(name="office", map_id="0123", floor="1", nodes=3, edges=2, saved_ns=1)
 ANSWERS: dict[str, Part] = {
     "map_list": MapList(maps=(StoredMap.model_validate(EXAMPLE),)),
     "map_fetch": MapFile(content=np.zeros(3, np.int8)),
     "map_store": MapSaved.model_validate(SAVED_EXAMPLE),
     "map_delete": Done(detail="deleted office"),
     "planner_status": planning_status(1),
+    "topology_route": Route(
+        nodes=(3,), edges=(), cost=0.0, way=np.zeros((1, 2), np.float32), floors=()
+    ),
+    "nearest_node": NodeFound(
+        node=3, name="door 3", pose=Pose2(x=0.0, y=0.0, theta=0.0), distance=1.0
+    ),
+    "topology_list": TopologyList(topologies=(KEPT,)),
+    "topology_delete": Done(detail="deleted office"),
+    "topology_fetch": TopologyFile(content=np.frombuffer(b"{}", np.int8)),
+    "topology_store": TopologySaved(name="office", map_id="0123", path="office.geojson"),
 }
 
 

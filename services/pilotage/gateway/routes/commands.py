@@ -56,6 +56,26 @@ EXAMPLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "localize_actively": ({"always": False}, {"detail": "resolving the doubt"}),
     "cancel": ({}, {"detail": "going to (12.50, 3.00) was given up"}),
     "look": ({"pan": 0.5}, {"detail": ""}),
+    "topology_build": (
+        {"source": "map", "spacing": "variable", "metres": 3.0},
+        {"map_id": "5f3c0a9be2d41c77", "nodes": 42, "edges": 51},
+    ),
+    "topology_save": (
+        {"name": "office", "floor": "ground floor"},
+        {"name": "office", "map_id": "5f3c0a9be2d41c77", "path": "topologies/office.geojson"},
+    ),
+    "topology_load": (
+        {"name": "office"},
+        {"map_id": "5f3c0a9be2d41c77", "nodes": 42, "edges": 51},
+    ),
+    "topology_link": (
+        {
+            "start": {"name": "ground", "node": 7},
+            "end": {"name": "upstairs", "node": 3},
+            "cost": 20.0,
+        },
+        {"detail": "joined"},
+    ),
     "restart": ({"service": "localizer"}, {"detail": ""}),
 }
 """Request and reply of each command, shown in the API's description."""
