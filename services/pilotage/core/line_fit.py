@@ -1,0 +1,114 @@
+"""The kernel that lays a line through laser beams: maximum likelihood, with its covariance.
+
+Here a line is (alpha, d): the normal points away from the laser and d > 0 is its distance, so a
+beam of bearing b meets it at range d / cos(b - alpha). Errors stand in ranges and bearings; the
+residual along the normal, r cos(b - alpha) - d, therefore has its own variance at each beam.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.jit import kernel
+
+ROUNDS = 3
+"""Gauss-Newton steps after the first guess; a third changes what the fifth digit says."""
+
+
+class BeamNoise(NamedTuple):
+    """How much a laser's beam errs, and a wall with it; standard deviations."""
+
+    range_sigma: float = 0.01
+    """m, along the beam."""
+    bearing_sigma: float = 0.001
+    """rad."""
+    wall_sigma: float = 0.003
+    """m along the wall's normal: plaster, and centimetres that the laser rounds to."""
+
+
+class Fit(NamedTuple):
+    """A line away from the laser, and its covariance."""
+
+    alpha: float
+    """rad, from the laser towards the wall."""
+    distance: float
+    """m, not negative."""
+    var_alpha: float
+    """rad^2."""
+    cov: float
+    """rad m."""
+    var_distance: float
+    """m^2."""
+
+
+@kernel
+def residual(
+    alpha: float, distance: float, beam: NDArray[np.float64], noise: BeamNoise
+) -> tuple[float, float, float]:
+    """Return how far a beam (2,) ends beyond a line, m; the variance; its place along, m."""
+    bearing, measured = beam[0], beam[1]
+    cos, sin = math.cos(bearing - alpha), math.sin(bearing - alpha)
+    # The range that the line foretells, not the measured one, or noise would bias the fit.
+    foretold = distance / cos if cos > 1e-6 else measured
+    foretold = min(max(foretold, 0.5 * measured), 2.0 * measured)
+    along = foretold * sin
+    variance = (noise.range_sigma * cos) ** 2 + (noise.bearing_sigma * along) ** 2
+    # A grazing beam is never perfect, and two beams on one ray are no line.
+    return measured * cos - distance, variance + noise.wall_sigma**2 + 1e-10, along
+
+
+@kernel
+def first_guess(beams: NDArray[np.float64]) -> tuple[float, float]:
+    """Return alpha and distance of the line nearest to the ends of beams (n, 2), unweighted."""
+    count = len(beams)
+    x = beams[:, 1] * np.cos(beams[:, 0])
+    y = beams[:, 1] * np.sin(beams[:, 0])
+    mean_x, mean_y = x.sum() / count, y.sum() / count
+    xx = ((x - mean_x) ** 2).sum()
+    yy = ((y - mean_y) ** 2).sum()
+    xy = ((x - mean_x) * (y - mean_y)).sum()
+    alpha = 0.5 * math.atan2(-2.0 * xy, yy - xx)
+    distance = mean_x * math.cos(alpha) + mean_y * math.sin(alpha)
+    if distance < 0.0:
+        return alpha + math.pi, -distance
+    return alpha, distance
+
+
+@kernel
+def fit_line(beams: NDArray[np.float64], noise: BeamNoise) -> Fit:
+    """Return the likeliest line through two or more beams (n, 2): bearing in rad, range in m."""
+    alpha, distance = first_guess(beams)
+    var_alpha, cov, var_distance = 0.0, 0.0, 0.0
+    for _ in range(ROUNDS):
+        weight, first, second, torque, push = 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(len(beams)):
+            beyond, variance, along = residual(alpha, distance, beams[i], noise)
+            weight += 1.0 / variance
+            first += along / variance
+            second += along * along / variance
+            torque += along * beyond / variance
+            push += beyond / variance
+        determinant = max(weight * second - first * first, 1e-9 * weight * weight)
+        var_alpha = weight / determinant
+        cov = first / determinant
+        var_distance = second / determinant
+        # The residual falls by `along` with alpha turning and by 1 with distance growing.
+        alpha += -var_alpha * torque + cov * push
+        distance += -cov * torque + var_distance * push
+    if distance < 0.0:
+        return Fit(alpha + math.pi, -distance, var_alpha, -cov, var_distance)
+    return Fit(alpha, distance, var_alpha, cov, var_distance)
+
+
+@kernel
+def misfit(beams: NDArray[np.float64], line: Fit, noise: BeamNoise) -> tuple[float, float]:
+    """Return the largest and the mean squared residual of beams (n, 2), in standard deviations."""
+    worst, total = 0.0, 0.0
+    for i in range(len(beams)):
+        beyond, variance, _ = residual(line.alpha, line.distance, beams[i], noise)
+        squared = beyond * beyond / variance
+        worst = max(worst, squared)
+        total += squared
+    return math.sqrt(worst), total / len(beams)

@@ -1,0 +1,113 @@
+"""Kernels that put the pieces of one wall together again, whatever stands in front of it."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.jit import kernel
+from pilotage.core.line_fit import BeamNoise, Fit, fit_line, misfit
+from pilotage.core.line_splitting import FRAGMENTS, Straightness, distance_along, widest_opening
+
+NOBODY = -1
+BEHIND = 0.1
+"""m: a beam that ends this far beyond a wall went through an opening in it."""
+
+
+@kernel
+def merge_pieces(
+    scan: NDArray[np.float64],
+    hits: NDArray[np.int64],
+    pieces: NDArray[np.int64],
+    rules: Straightness,
+) -> NDArray[np.int64]:
+    """Return for each hit (k,) the number of its wall, NOBODY if it is alone.
+
+    Args:
+        scan: (n, 2) all beams; a range is 0 where nothing came back.
+        hits: (k,) the beams of the scan that hit something.
+        pieces: (p, 2) straight pieces of the hits, in order.
+        rules: what one wall is.
+    """
+    beams = scan[hits]
+    owner = np.full(len(hits), NOBODY)
+    for i in range(len(pieces)):
+        if pieces[i, 1] > pieces[i, 0]:
+            owner[pieces[i, 0] : pieces[i, 1] + 1] = i
+    last = pieces[:, 1].copy()
+    for i in range(len(pieces)):
+        if owner[pieces[i, 0]] != i:
+            continue
+        for j in range(i + 1, min(i + 1 + FRAGMENTS, len(pieces))):
+            if owner[pieces[j, 0]] != j:
+                continue
+            if _is_one_wall(beams[owner == i], beams[owner == j], rules) and _goes_on(
+                scan, (hits[last[i]], hits[pieces[j, 0]]), beams[owner == i], rules
+            ):
+                owner[pieces[j, 0] : pieces[j, 1] + 1] = i
+                last[i] = pieces[j, 1]
+    return owner
+
+
+@kernel
+def _is_one_wall(one: NDArray[np.float64], two: NDArray[np.float64], rules: Straightness) -> bool:
+    """Say whether two sets of beams (a, 2) and (b, 2) lie on one line."""
+    noise = rules.noise
+    if mahalanobis(fit_line(one, noise), fit_line(two, noise)) > rules.merge_chi2:
+        return False
+    together = np.concatenate((one, two))
+    worst, _ = misfit(together, fit_line(together, noise), noise)
+    return worst <= rules.split_sigmas
+
+
+@kernel
+def mahalanobis(one: Fit, two: Fit) -> float:
+    """Return the squared distance of two lines measured by both their covariances."""
+    turn = (two.alpha - one.alpha + math.pi) % (2.0 * math.pi) - math.pi
+    push = two.distance - one.distance
+    var_alpha = one.var_alpha + two.var_alpha
+    cov = one.cov + two.cov
+    var_distance = one.var_distance + two.var_distance
+    determinant = var_alpha * var_distance - cov * cov
+    weighed = turn * turn * var_distance - 2.0 * turn * push * cov + push * push * var_alpha
+    return weighed / determinant if determinant > 0.0 else math.inf
+
+
+@kernel
+def _goes_on(
+    scan: NDArray[np.float64],
+    ends: tuple[int, int],
+    members: NDArray[np.float64],
+    rules: Straightness,
+) -> bool:
+    """Say whether a wall with these members (m, 2) may go on between two of the scan's beams."""
+    line = fit_line(members, rules.noise)
+    before, after = ends
+    apart = distance_along(line, scan[before], scan[after])
+    if apart <= widest_opening(line, scan[before], rules):
+        return True
+    for k in range(before + 1, after):
+        cos = math.cos(scan[k, 0] - line.alpha)
+        if scan[k, 1] == 0.0 or scan[k, 1] * cos > line.distance + BEHIND:
+            return False
+    return apart <= rules.hidden_gap
+
+
+@kernel
+def is_round(beams: NDArray[np.float64], line: Fit, noise: BeamNoise, radius: float) -> bool:
+    """Say whether beams (m, 2) bulge from their line more like a disc of a radius, m, than not.
+
+    The bulge is fitted as a parabola over the line; it must be plain beyond the noise.
+    """
+    along = beams[:, 1] * np.sin(beams[:, 0] - line.alpha)
+    middle = 0.5 * (along.min() + along.max())
+    half = max(0.5 * (along.max() - along.min()), 1e-6)
+    shape = ((along - middle) / half) ** 2
+    shape -= shape.mean()
+    off = beams[:, 1] * np.cos(beams[:, 0] - line.alpha) - line.distance
+    power = (shape**2).sum()
+    if power < 1e-9:
+        return False
+    bulge = (shape * (off - off.mean())).sum() / power
+    sigma = math.hypot(noise.range_sigma, noise.wall_sigma) / math.sqrt(power)
+    return abs(bulge) > 3.0 * sigma and half * half / (2.0 * abs(bulge)) < radius
