@@ -199,5 +199,5 @@ def _compared(settled: list[_Settled], params: MatchParams) -> NodeMatch | None:
     rivals = [s.score for s in settled[1:] if _differ(s.pose, best.pose, params.apart)]
     rival = max([0.0, *rivals])
     is_clear = best.score - rival >= params.least_lead and rival <= params.best_share * best.score
-    covariance: NDArray[np.float64] = np.linalg.inv(best.information)
+    covariance = np.asarray(np.linalg.inv(best.information), np.float64)
     return NodeMatch(best.pose, covariance, best.pairs, best.score, rival, is_clear)
