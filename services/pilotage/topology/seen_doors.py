@@ -1,0 +1,116 @@
+"""Doors and passages in one scan, and in the vertical edges that a camera sees with it.
+
+A door is a gap in a wall of the laser, or a leaf a little behind it, between two vertical edges of
+its frame, which say more exactly than the beams where the jambs are (Zhuang et al. 2005, 2.2). Of
+a closed door that is flush with its wall the laser sees nothing: its frame, seen by the camera, is
+all there is. Without a camera a gap or a leaf alone is a door, less exactly.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core import se2
+from pilotage.topology.door_edges import SeenEdges
+from pilotage.topology.door_frames import framed_doors, sharpened
+from pilotage.topology.door_gaps import Gap, gaps_in
+from pilotage.topology.door_walls import Wall, crossings, edges_on, walls_of
+from pilotage.topology.features import KINDS, Features
+from pilotage.topology.scan_view import ScanView
+
+DOOR, PASSAGE = KINDS.index("door"), KINDS.index("passage")
+
+
+@dataclass(frozen=True)
+class DoorParams:
+    """What counts as a door; lengths in m."""
+
+    widths: tuple[tuple[float, float], ...] = ((0.6, 1.35), (1.6, 2.05))
+    """Least and greatest width of a door, and of a double door."""
+    widest_passage: float = 3.5
+    """Wider openings are rooms."""
+    reach: float = 6.0
+    """Farther walls are seen too thinly."""
+    least_wall: float = 0.6
+    """Wall that must be seen beside a gap, in all."""
+    on_wall: float = 0.04
+    """A beam that ends this near a wall ended on it: four sigma of a laser's range."""
+    open_depth: float = 0.35
+    """Beams that go on this far beyond a wall are through it."""
+    deepest_leaf: float = 0.25
+    """How far behind the face of a wall a closed leaf is looked for."""
+    across_sigma: float = 0.05
+    """How far the middle of a door lies behind the face of its wall is not seen."""
+    jamb_sigma_max: float = 0.12
+    """A jamb that is known worse is none: its gap is seen too thinly."""
+
+
+def seen_doors(
+    view: ScanView, edges: SeenEdges | None = None, params: DoorParams | None = None
+) -> Features:
+    """Return doors and passages seen, in base_link, on the face of their wall that is seen.
+
+    `edges` are in base_link at the time of the scan; None without a camera.
+    """
+    chosen = params or DoorParams()
+    seen = None if edges is None else edges.moved(se2.inverse(view.mount))
+    parts = [
+        _on_wall(view, wall, seen, chosen)
+        for wall in walls_of(view, chosen.least_wall)
+        if -chosen.reach < wall.rho < 0.0
+    ]
+    return Features.joined(parts).moved(view.mount)
+
+
+def _on_wall(view: ScanView, wall: Wall, edges: SeenEdges | None, params: DoorParams) -> Features:
+    """Return what one wall holds, in the laser's frame."""
+    met = crossings(view, wall, params.reach)
+    gaps = gaps_in(met, params.on_wall, params.widest_passage)
+    if edges is None:
+        return _features(wall, gaps, params)
+    places, sigmas = edges_on(edges, wall, params.reach)
+    found = [sharpened(gap, places, sigmas) for gap in gaps]
+    flush = framed_doors(met, (places, sigmas), params.on_wall, params.widths)
+    elsewhere = [one for one in flush if not any(_overlap(one, other) for other in found)]
+    return _features(wall, [*found, *elsewhere], params)
+
+
+def _features(wall: Wall, gaps: list[Gap], params: DoorParams) -> Features:
+    """Return those gaps that are doors or passages."""
+    kinds = [_kind(gap, params) for gap in gaps]
+    named = [(kind, gap) for kind, gap in zip(kinds, gaps, strict=True) if kind is not None]
+    if not named:
+        return Features.none()
+    middles = [(gap.first.place + gap.second.place) / 2.0 for _, gap in named]
+    heading = float(np.arctan2(-wall.normal[1], -wall.normal[0]))
+    return Features(
+        np.array([kind for kind, _ in named], np.int64),
+        np.array([(*wall.point(place), heading) for place in middles]),
+        np.array([gap.width for _, gap in named]),
+        np.array([_covariance(wall, gap, params) for _, gap in named]),
+    )
+
+
+def _kind(gap: Gap, params: DoorParams) -> int | None:
+    """Return DOOR, PASSAGE, or None for a niche, a shadow or a gap seen too thinly."""
+    if max(gap.first.variance, gap.second.variance) > params.jamb_sigma_max**2:
+        return None
+    has_width = any(least <= gap.width <= most for least, most in params.widths)
+    if gap.is_open(params.open_depth):
+        return DOOR if has_width else PASSAGE
+    if has_width and gap.has_leaf(-params.on_wall, params.deepest_leaf):
+        return DOOR
+    return None
+
+
+def _covariance(wall: Wall, gap: Gap, params: DoorParams) -> NDArray[np.float64]:
+    along = (gap.first.variance + gap.second.variance) / 4.0
+    across = wall.sigma**2 + params.across_sigma**2
+    return along * np.outer(wall.tangent, wall.tangent) + across * np.outer(
+        wall.normal, wall.normal
+    )
+
+
+def _overlap(one: Gap, other: Gap) -> bool:
+    return one.first.place < other.second.place and other.first.place < one.second.place
