@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
 from pilotage.core.lines import Lines
+from pilotage.core.near_points import near_pairs
 
 
 @dataclass(frozen=True)
@@ -62,32 +63,13 @@ def find_corners(lines: Lines, params: CornerParams = CornerParams()) -> Corners
 
 def _pairs(lines: Lines, params: CornerParams) -> NDArray[np.int64]:
     """Return the pairs (k, 2) that eq. 1 and 2 accept, the wall that ends there first."""
-    near = _near(lines.ends[:, 1], lines.ends[:, 0], params.most_apart)
+    near = near_pairs(lines.ends[:, 1], lines.ends[:, 0], params.most_apart)
     first, second = near[:, 0], near[:, 1]
     one, two = _away(lines, first, 1), _away(lines, second, 0)
     between = wrap(np.arctan2(one[:, 1], one[:, 0]) - np.arctan2(two[:, 1], two[:, 0]))
     square = np.abs(np.abs(between) - np.pi / 2.0) < params.most_off_square
     pairs: NDArray[np.int64] = near[square & (first != second)]
     return pairs
-
-
-def _near(
-    ones: NDArray[np.float64], others: NDArray[np.float64], most_apart: float
-) -> NDArray[np.int64]:
-    """Return the pairs (k, 2) of points (n, 2) and (m, 2) less than so far apart, m.
-
-    Sorted by x, so that a building of thousands of walls needs no table of all pairs.
-    """
-    order = np.argsort(others[:, 0], kind="stable")
-    sorted_x = others[order, 0]
-    low = np.searchsorted(sorted_x, ones[:, 0] - most_apart)
-    high = np.searchsorted(sorted_x, ones[:, 0] + most_apart)
-    counts = high - low
-    first = np.repeat(np.arange(len(ones)), counts)
-    within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    second = order[np.repeat(low, counts) + within]
-    apart = np.hypot(*(ones[first] - others[second]).T)
-    return np.column_stack([first, second])[apart < most_apart]
 
 
 def _normals(lines: Lines, which: NDArray[np.int64]) -> NDArray[np.float64]:

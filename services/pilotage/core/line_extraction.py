@@ -20,7 +20,6 @@ from pilotage.core.line_splitting import Straightness, refine_borders, split_sca
 from pilotage.core.lines import Lines
 from pilotage.core.scans import Ranges, bearings_of
 
-
 USUAL_LASER = BeamNoise()
 
 

@@ -110,4 +110,4 @@ def is_round(beams: NDArray[np.float64], line: Fit, noise: BeamNoise, radius: fl
         return False
     bulge = (shape * (off - off.mean())).sum() / power
     sigma = math.hypot(noise.range_sigma, noise.wall_sigma) / math.sqrt(power)
-    return abs(bulge) > 3.0 * sigma and half * half / (2.0 * abs(bulge)) < radius
+    return bool(abs(bulge) > 3.0 * sigma and half * half / (2.0 * abs(bulge)) < radius)

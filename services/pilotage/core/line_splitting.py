@@ -70,7 +70,7 @@ def _breaks(one: NDArray[np.float64], two: NDArray[np.float64], rules: Straightn
     squared = one[1] ** 2 + two[1] ** 2 - 2.0 * one[1] * two[1] * math.cos(between)
     turn = min(between, 2.0 * rules.step)
     allowed = rules.gap + turn * min(one[1], two[1]) / math.tan(GRAZING)
-    return squared > allowed * allowed
+    return bool(squared > allowed * allowed)
 
 
 @kernel
@@ -112,7 +112,7 @@ def _opening(beams: NDArray[np.float64], line: Fit, rules: Straightness) -> int:
 def distance_along(line: Fit, one: NDArray[np.float64], two: NDArray[np.float64]) -> float:
     """Return how far apart two beams (2,) end along a line, m; positive in their order."""
     there = two[1] * math.sin(two[0] - line.alpha)
-    return there - one[1] * math.sin(one[0] - line.alpha)
+    return float(there - one[1] * math.sin(one[0] - line.alpha))
 
 
 @kernel
@@ -120,7 +120,7 @@ def widest_opening(line: Fit, beam: NDArray[np.float64], rules: Straightness) ->
     """Return how far the next hit may lie along a wall at a beam (2,), m."""
     cos = max(math.cos(beam[0] - line.alpha), 0.05)
     # Two beams may be lost without the wall being open there.
-    return max(rules.gap, 3.0 * rules.step * beam[1] / cos)
+    return float(max(rules.gap, 3.0 * rules.step * beam[1] / cos))
 
 
 @kernel

@@ -11,6 +11,7 @@ WARM_UPS = [
     "pilotage.core.range_table:warm_up",
     "pilotage.core.distance_field:warm_up",
     "pilotage.core.line_extraction:warm_up",
+    "pilotage.core.map_lines:warm_up",
     "pilotage.localizer.kernels:warm_up",
     "pilotage.localizer.particle_kernels:warm_up",
     "pilotage.localizer.landmark_kernels:warm_up",

@@ -1,0 +1,135 @@
+"""Kernels that cut the outlines of walls into straight faces.
+
+An outline is seen as the middles of its cell sides: where a wall cell is one whose centre lies in
+the wall, these scatter evenly about the true face. Their sums (x, y, xx, xy, yy) are added up
+once, so that a line through any stretch costs the same.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.jit import kernel
+
+
+@kernel
+def split_contours(
+    corners: NDArray[np.float64], begins: NDArray[np.int64], tolerance: float
+) -> NDArray[np.int64]:
+    """Return straight pieces (p, 2) of outlines: first and last corner, in order.
+
+    Args:
+        corners: (n, 2) x, y in cells.
+        begins: (k + 1,) where each outline begins, and the end of the last.
+        tolerance: how far the middle of a side may lie off its face, cells.
+    """
+    pieces = np.empty((len(corners), 2), np.int64)
+    waiting = np.empty((len(corners) + 1, 2), np.int64)
+    found = 0
+    for k in range(len(begins) - 1):
+        sums = _running_sums(corners[begins[k] : begins[k + 1]])
+        outline = corners[begins[k] : begins[k + 1]]
+        waiting[0, 0], waiting[0, 1] = 0, len(outline) - 1
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            first, last = waiting[depth, 0], waiting[depth, 1]
+            at = _split_at(outline, sums, (first, last), tolerance)
+            if at == 0:
+                pieces[found, 0], pieces[found, 1] = begins[k] + first, begins[k] + last
+                found += 1
+                continue
+            waiting[depth, 0], waiting[depth, 1] = at, last
+            waiting[depth + 1, 0], waiting[depth + 1, 1] = first, at
+            depth += 2
+    return pieces[:found]
+
+
+@kernel
+def moments_of(corners: NDArray[np.float64], pieces: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return count and sums (p, 6) of x, y, xx, xy, yy of the sides' middles of pieces (p, 2)."""
+    moments = np.zeros((len(pieces), 6))
+    for i in range(len(pieces)):
+        for k in range(pieces[i, 0], pieces[i, 1]):
+            x = 0.5 * (corners[k, 0] + corners[k + 1, 0])
+            y = 0.5 * (corners[k, 1] + corners[k + 1, 1])
+            moments[i, 0] += 1.0
+            moments[i, 1] += x
+            moments[i, 2] += y
+            moments[i, 3] += x * x
+            moments[i, 4] += x * y
+            moments[i, 5] += y * y
+    return moments
+
+
+@kernel
+def line_of(moments: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return the line nearest to points with moments (6,).
+
+    That is the direction of its normal, rad, up to half a turn, its distance from the origin
+    along that, and the mean squared distance of the points from it.
+    """
+    count = moments[0]
+    x, y = moments[1] / count, moments[2] / count
+    xx = moments[3] / count - x * x
+    xy = moments[4] / count - x * y
+    yy = moments[5] / count - y * y
+    alpha = 0.5 * math.atan2(-2.0 * xy, yy - xx)
+    spread = 0.5 * (xx + yy) - math.hypot(0.5 * (xx - yy), xy)
+    return alpha, x * math.cos(alpha) + y * math.sin(alpha), max(spread, 0.0)
+
+
+@kernel
+def _running_sums(outline: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the moments (m, 6) of the sides before each corner of an outline (m, 2)."""
+    sums = np.zeros((len(outline), 6))
+    for k in range(len(outline) - 1):
+        # From the first corner, or the squares would lose their digits far from the origin.
+        x = 0.5 * (outline[k, 0] + outline[k + 1, 0]) - outline[0, 0]
+        y = 0.5 * (outline[k, 1] + outline[k + 1, 1]) - outline[0, 1]
+        sums[k + 1, 0] = sums[k, 0] + 1.0
+        sums[k + 1, 1] = sums[k, 1] + x
+        sums[k + 1, 2] = sums[k, 2] + y
+        sums[k + 1, 3] = sums[k, 3] + x * x
+        sums[k + 1, 4] = sums[k, 4] + x * y
+        sums[k + 1, 5] = sums[k, 5] + y * y
+    return sums
+
+
+@kernel
+def _split_at(
+    outline: NDArray[np.float64],
+    sums: NDArray[np.float64],
+    piece: tuple[int, int],
+    tolerance: float,
+) -> int:
+    """Return the corner where a piece of an outline is no longer one face; 0 if it is one."""
+    first, last = piece
+    if last - first < 2:
+        return 0
+    alpha, distance, _ = line_of(sums[last] - sums[first])
+    cos, sin = math.cos(alpha), math.sin(alpha)
+    distance += outline[0, 0] * cos + outline[0, 1] * sin
+    worst = 0.0
+    for k in range(first, last):
+        x = 0.5 * (outline[k, 0] + outline[k + 1, 0])
+        y = 0.5 * (outline[k, 1] + outline[k + 1, 1])
+        worst = max(worst, abs(x * cos + y * sin - distance))
+    if worst <= tolerance:
+        return 0
+    return _farthest_from_chord(outline, first, last)
+
+
+@kernel
+def _farthest_from_chord(outline: NDArray[np.float64], first: int, last: int) -> int:
+    """Return the corner between two that lies farthest from their chord, or from the one point."""
+    dx, dy = outline[last, 0] - outline[first, 0], outline[last, 1] - outline[first, 1]
+    closed = dx == 0.0 and dy == 0.0
+    farthest, most = first + 1, -1.0
+    for k in range(first + 1, last):
+        x, y = outline[k, 0] - outline[first, 0], outline[k, 1] - outline[first, 1]
+        aside = x * x + y * y if closed else abs(dx * y - dy * x)
+        if aside > most:
+            farthest, most = k, aside
+    return farthest

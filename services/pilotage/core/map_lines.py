@@ -1,0 +1,88 @@
+"""The faces of the walls of an occupancy map, as lines seen from its free space.
+
+Outlines are traced along the sides between wall cells and free cells, cut into straight faces and
+those of one wall merged across cracks. A face lies on the sides of its cells, not on their
+centres: there a beam ends.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.angles import wrap
+from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.core.lines import Lines
+from pilotage.core.map_line_merging import merge_faces
+from pilotage.core.map_line_splitting import line_of, moments_of, split_contours
+from pilotage.core.wall_contours import sides_to_free_space, trace_contours
+
+
+@dataclass(frozen=True)
+class MapLineParams:
+    """What counts as a straight face of a wall in a map."""
+
+    tolerance_cells: float = 1.5
+    """Cells that the outline may lie off its face: walls drawn by a laser are ragged."""
+    least_length: float = 0.3
+    """m."""
+    gap: float = 0.3
+    """m: cracks in a wall up to this are closed; doors are wider."""
+
+
+def map_lines(world: OccupancyMap, params: MapLineParams = MapLineParams()) -> Lines:
+    """Return the faces of walls that free space touches, in the map frame.
+
+    The ends of a face are each known to within a cell (variance resolution^2 / 12, or what its
+    outline scatters if that is more), which gives the covariance of alpha and rho.
+    """
+    corners, begins = trace_contours(sides_to_free_space(world.is_wall, world.is_free))
+    outline = corners.astype(np.float64)
+    pieces = split_contours(outline, begins, params.tolerance_cells)
+    faces = outline[pieces], moments_of(outline, pieces)
+    resolution = world.geometry.resolution
+    ends, moments = merge_faces(faces, params.gap / resolution, params.tolerance_cells)
+    long = np.hypot(*(ends[:, 1] - ends[:, 0]).T) >= params.least_length / resolution
+    if not long.any():
+        return Lines.none()
+    lines = _in_grid(ends[long], moments[long], resolution)
+    return lines.moved(world.geometry.origin)
+
+
+def _in_grid(ends: NDArray[np.float64], moments: NDArray[np.float64], resolution: float) -> Lines:
+    """Return faces given in cells as lines in the grid's frame."""
+    fits = np.array([line_of(row) for row in moments])
+    along = ends[:, 1] - ends[:, 0]
+    normals = np.column_stack([np.cos(fits[:, 0]), np.sin(fits[:, 0])])
+    # Free space lies on the left of the way from end to end.
+    backward = normals[:, 1] * along[:, 0] - normals[:, 0] * along[:, 1] < 0.0
+    normals[backward] *= -1.0
+    rho = np.where(backward, -fits[:, 1], fits[:, 1]) * resolution
+    off = np.einsum("kei,ki->ke", ends * resolution, normals) - rho[:, None]
+    laid = ends * resolution - off[:, :, None] * normals[:, None]
+    alpha = np.asarray(wrap(np.arctan2(normals[:, 1], normals[:, 0])))
+    variance = np.maximum(fits[:, 2], 1.0 / 12.0) * resolution**2
+    return Lines(laid, np.column_stack([alpha, rho]), _covariances(laid, normals, variance))
+
+
+def _covariances(
+    ends: NDArray[np.float64], normals: NDArray[np.float64], variances: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the covariances (k, 2, 2) of lines whose two ends (k, 2, 2) err by variances (k,)."""
+    along = np.column_stack([-normals[:, 1], normals[:, 0]])
+    places = np.einsum("kei,ki->ke", ends, along)
+    # A line through ends at places s and t that err by a and b across: d alpha = (a - b) / (t - s)
+    # and d rho = (a t - b s) / (t - s).
+    apart = places[:, 1] - places[:, 0]
+    turning = np.stack([np.ones(len(apart)), -np.ones(len(apart))], axis=1)
+    pushing = np.stack([places[:, 1], -places[:, 0]], axis=1)
+    jacobian = np.stack([turning, pushing], axis=1) / apart[:, None, None]
+    spread: NDArray[np.float64] = jacobian @ jacobian.transpose(0, 2, 1)
+    return variances[:, None, None] * spread
+
+
+def warm_up() -> None:
+    """Compile the kernels for the types met in service."""
+    cells = np.zeros((4, 8), np.int8)
+    cells[:2] = 100
+    map_lines(OccupancyMap(GridGeometry(4, 8, 0.1), cells))
