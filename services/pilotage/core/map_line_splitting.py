@@ -20,30 +20,69 @@ def split_contours(
     """Return straight pieces (p, 2) of outlines: first and last corner, in order.
 
     Args:
-        corners: (n, 2) x, y in cells.
+        corners: (n, 2) x, y in cells; a closed outline is turned in place to begin at a border.
         begins: (k + 1,) where each outline begins, and the end of the last.
         tolerance: how far the middle of a side may lie off its face, cells.
     """
     pieces = np.empty((len(corners), 2), np.int64)
-    waiting = np.empty((len(corners) + 1, 2), np.int64)
     found = 0
     for k in range(len(begins) - 1):
-        sums = _running_sums(corners[begins[k] : begins[k + 1]])
         outline = corners[begins[k] : begins[k + 1]]
-        waiting[0, 0], waiting[0, 1] = 0, len(outline) - 1
-        depth = 1
-        while depth > 0:
-            depth -= 1
-            first, last = waiting[depth, 0], waiting[depth, 1]
-            at = _split_at(outline, sums, (first, last), tolerance)
-            if at == 0:
-                pieces[found, 0], pieces[found, 1] = begins[k] + first, begins[k] + last
-                found += 1
-                continue
-            waiting[depth, 0], waiting[depth, 1] = at, last
-            waiting[depth + 1, 0], waiting[depth + 1, 1] = first, at
-            depth += 2
+        here = pieces[found : found + len(outline)]
+        count = _split_outline(outline, tolerance, here)
+        if count > 2 and (outline[0] == outline[-1]).all():
+            # It began wherever it was first met, most likely in the middle of a face.
+            border = here[count // 2, 0]
+            outline[:] = np.concatenate((outline[border:-1], outline[: border + 1]))
+            count = _split_outline(outline, tolerance, here)
+        here[:count] += begins[k]
+        found += count
     return pieces[:found]
+
+
+@kernel
+def _split_outline(
+    outline: NDArray[np.float64], tolerance: float, pieces: NDArray[np.int64]
+) -> int:
+    """Write the straight pieces of one outline (m, 2); return how many they are."""
+    sums = _running_sums(outline)
+    waiting = np.empty((len(outline) + 1, 2), np.int64)
+    waiting[0, 0], waiting[0, 1] = 0, len(outline) - 1
+    depth, found = 1, 0
+    while depth > 0:
+        depth -= 1
+        first, last = waiting[depth, 0], waiting[depth, 1]
+        at = _split_at(outline, sums, (first, last), tolerance)
+        if at == 0:
+            pieces[found, 0], pieces[found, 1] = first, last
+            found += 1
+            continue
+        waiting[depth, 0], waiting[depth, 1] = at, last
+        waiting[depth + 1, 0], waiting[depth + 1, 1] = first, at
+        depth += 2
+    _settle_borders(sums, pieces[:found])
+    return found
+
+
+@kernel
+def _settle_borders(sums: NDArray[np.float64], pieces: NDArray[np.int64]) -> None:
+    """Move each border of two pieces (p, 2) to where both together are straightest."""
+    for _ in range(2):
+        for i in range(len(pieces) - 1):
+            first, last = pieces[i, 0], pieces[i + 1, 1]
+            best, least = pieces[i, 1], math.inf
+            for at in range(first + 1, last):
+                error = _error(sums, first, at) + _error(sums, at, last)
+                if error < least:
+                    best, least = at, error
+            pieces[i, 1] = pieces[i + 1, 0] = best
+
+
+@kernel
+def _error(sums: NDArray[np.float64], first: int, last: int) -> float:
+    """Return the sum of squared distances of a piece's sides from its line, cells^2."""
+    moments = sums[last] - sums[first]
+    return moments[0] * line_of(moments)[2]
 
 
 @kernel

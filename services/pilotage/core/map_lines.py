@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
-from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.core.grid import UNKNOWN, GridGeometry, OccupancyMap
 from pilotage.core.lines import Lines
 from pilotage.core.map_line_merging import merge_faces
 from pilotage.core.map_line_splitting import line_of, moments_of, split_contours
@@ -26,6 +26,8 @@ class MapLineParams:
     """Cells that the outline may lie off its face: walls drawn by a laser are ragged."""
     least_length: float = 0.3
     """m."""
+    fringe_cells: int = 1
+    """Free space is seen through so many unknown cells: a map's faces are often neither."""
     gap: float = 0.3
     """m: cracks in a wall up to this are closed; doors are wider."""
 
@@ -33,10 +35,11 @@ class MapLineParams:
 def map_lines(world: OccupancyMap, params: MapLineParams = MapLineParams()) -> Lines:
     """Return the faces of walls that free space touches, in the map frame.
 
-    The ends of a face are each known to within a cell (variance resolution^2 / 12, or what its
-    outline scatters if that is more), which gives the covariance of alpha and rho.
+    The ends of a face are each known to within a cell (variance resolution^2 / 12, and what its
+    outline scatters added), which gives the covariance of alpha and rho.
     """
-    corners, begins = trace_contours(sides_to_free_space(world.is_wall, world.is_free))
+    sides = sides_to_free_space(world.is_wall, _seen_through(world, params.fringe_cells))
+    corners, begins = trace_contours(sides)
     outline = corners.astype(np.float64)
     pieces = split_contours(outline, begins, params.tolerance_cells)
     faces = outline[pieces], moments_of(outline, pieces)
@@ -47,6 +50,19 @@ def map_lines(world: OccupancyMap, params: MapLineParams = MapLineParams()) -> L
         return Lines.none()
     lines = _in_grid(ends[long], moments[long], resolution)
     return lines.moved(world.geometry.origin)
+
+
+def _seen_through(world: OccupancyMap, fringe: int) -> NDArray[np.bool_]:
+    """Return free cells (rows, cols) and the unknown ones at most so far from them."""
+    free, unknown = world.is_free, world.cells == UNKNOWN
+    for _ in range(fringe):
+        grown = free.copy()
+        grown[1:] |= free[:-1]
+        grown[:-1] |= free[1:]
+        grown[:, 1:] |= free[:, :-1]
+        grown[:, :-1] |= free[:, 1:]
+        free = free | (grown & unknown)
+    return free
 
 
 def _in_grid(ends: NDArray[np.float64], moments: NDArray[np.float64], resolution: float) -> Lines:
@@ -61,7 +77,7 @@ def _in_grid(ends: NDArray[np.float64], moments: NDArray[np.float64], resolution
     off = np.einsum("kei,ki->ke", ends * resolution, normals) - rho[:, None]
     laid = ends * resolution - off[:, :, None] * normals[:, None]
     alpha = np.asarray(wrap(np.arctan2(normals[:, 1], normals[:, 0])))
-    variance = np.maximum(fits[:, 2], 1.0 / 12.0) * resolution**2
+    variance = (1.0 / 12.0 + fits[:, 2]) * resolution**2
     return Lines(laid, np.column_stack([alpha, rho]), _covariances(laid, normals, variance))
 
 
