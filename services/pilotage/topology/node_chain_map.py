@@ -1,0 +1,133 @@
+"""A topological map as chains of nodes are searched in it: arrays, made once per map."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pilotage.core.angles import wrap
+from pilotage.topology.features import Features
+from pilotage.topology.node_chain_kernels import Bound
+from pilotage.topology.topological_map import Edge, TopologicalMap
+
+DIRECTION_FROM = 1.0
+"""m along an edge within which it takes its direction; beyond, it may bend."""
+
+ALIKE = float(np.deg2rad(25.0))
+"""Ways round a node that differ by less are one: an arrival varies by about as much."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChainMap:
+    """Places: each node, each way round that a robot may arrive.
+
+    `ids` (n,) of the nodes; `nodes` (m,) index of each place's node, rising; `ways` (m,) number of
+    the way round its node; `poses` (m, 3) of base_link expected there, map frame; `bound`: the
+    nodes' features; `links` (k, 2): nodes joined by an edge, both ways.
+    """
+
+    ids: NDArray[np.int64]
+    nodes: NDArray[np.int64]
+    ways: NDArray[np.int64]
+    poses: NDArray[np.float64]
+    bound: Bound
+    links: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, topology: TopologicalMap) -> "ChainMap":
+        """Return the places of a map, in the order of its nodes."""
+        index = {node.id: k for k, node in enumerate(topology.nodes)}
+        directions = [[node.pose[2], node.pose[2] + np.pi] for node in topology.nodes]
+        ends = [(index[edge.start], index[edge.end]) for edge in topology.edges]
+        for edge, (start, end) in zip(topology.edges, ends, strict=True):
+            out, back = _directions(edge)
+            directions[start] += [out, out + np.pi]
+            directions[end] += [back, back + np.pi]
+        rounds = [_distinct(each) for each in directions]
+        nodes = np.repeat(np.arange(len(rounds)), [len(each) for each in rounds])
+        poses = topology.places[nodes]
+        poses[:, 2] = np.concatenate([np.empty(0), *rounds])
+        counted = [np.arange(len(each)) for each in rounds]
+        ways = np.concatenate([np.empty(0, np.int64), *counted])
+        joined = np.array(ends, np.int64).reshape(-1, 2)
+        links = np.concatenate([joined, joined[:, ::-1]])
+        ids = np.array([node.id for node in topology.nodes], np.int64)
+        return cls(ids, nodes, ways, poses, _bound(topology), links)
+
+    @cached_property
+    def _firsts(self) -> NDArray[np.int64]:
+        """Where each node's places begin (n + 1,)."""
+        return np.searchsorted(self.nodes, np.arange(len(self.ids) + 1))
+
+    def reached(self, starts: NDArray[np.int64], most: int) -> NDArray[np.int64]:
+        """Return the nodes that can be reached from nodes (k,) over at most so many edges.
+
+        Rows (index of the start in `starts`, node, least number of edges); the start itself is
+        reached over none.
+        """
+        reached = np.stack([np.arange(len(starts)), starts, np.zeros_like(starts)], axis=1)
+        frontier = reached
+        for edges in range(1, most + 1):
+            rows, targets = self._neighbours(frontier[:, 1])
+            steps = np.stack([frontier[rows, 0], targets, np.full_like(targets, edges)], axis=1)
+            reached = np.concatenate([reached, steps])
+            key = reached[:, 0] * len(self.ids) + reached[:, 1]
+            # The first of equal keys is the one over the fewest edges.
+            _, first = np.unique(key, return_index=True)
+            frontier = reached[first[reached[first, 2] == edges]]
+            reached = reached[first]
+        return reached
+
+    def places_of(self, nodes: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return for nodes (k,) their places, and of which of the k each is one."""
+        counts = np.diff(self._firsts)[nodes]
+        return _runs(self._firsts[nodes], counts), np.repeat(np.arange(len(nodes)), counts)
+
+    def _neighbours(self, nodes: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return of which of nodes (k,) each neighbour is one, and the neighbours."""
+        links, firsts = self._sorted_links
+        counts = np.diff(firsts)[nodes]
+        return np.repeat(np.arange(len(nodes)), counts), links[_runs(firsts[nodes], counts), 1]
+
+    @cached_property
+    def _sorted_links(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """The links by their start, and where each node's begin (n + 1,)."""
+        links = self.links[np.lexsort(self.links.T[::-1])]
+        return links, np.searchsorted(links[:, 0], np.arange(len(self.ids) + 1))
+
+
+def _runs(firsts: NDArray[np.int64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return first, first + 1, ... for each of several runs, one after the other."""
+    ends = np.cumsum(counts)
+    return np.arange(ends[-1] if len(ends) else 0) + np.repeat(firsts - ends + counts, counts)
+
+
+def _bound(topology: TopologicalMap) -> Bound:
+    features = Features.joined([node.features for node in topology.nodes])
+    counts = [len(node.features) for node in topology.nodes]
+    variances = np.trace(features.covariances, axis1=1, axis2=2) / 2.0
+    firsts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    return Bound(features.kinds, features.poses, features.widths, variances, firsts)
+
+
+def _directions(edge: Edge) -> tuple[float, float]:
+    """Return the directions in which an edge leaves its start and its end, rad."""
+    return _leaving(edge.way), _leaving(edge.way[::-1])
+
+
+def _leaving(way: NDArray[np.float64]) -> float:
+    gone = np.hypot(*(way - way[0]).T)
+    far = np.flatnonzero(gone >= DIRECTION_FROM)
+    x, y = way[far[0] if len(far) else -1] - way[0]
+    return float(np.arctan2(y, x))
+
+
+def _distinct(directions: list[float]) -> NDArray[np.float64]:
+    """Return directions that differ, in [-pi, pi): the first two, then others round from there."""
+    turns = wrap(np.array(directions) - directions[0])
+    kept = list(turns[:2])
+    for turn in np.sort(turns[2:]):
+        if np.abs(wrap(np.array(kept) - turn)).min() >= ALIKE:
+            kept.append(turn)
+    return wrap(directions[0] + np.array(kept))
