@@ -72,20 +72,13 @@ def extract_lines(
 
 
 def _in_order(ranges: NDArray[np.float64], first: float, step: float) -> NDArray[np.float64]:
-    """Return beams (n, 2), bearings rising; a full turn begins where neighbours are farthest."""
+    """Return beams (n, 2), bearings rising; ranges are 0 where nothing came back."""
     bearings = bearings_of(len(ranges), first, step)
     usable = np.isfinite(ranges) & (ranges > 0.0)
     scan = np.stack([bearings, np.where(usable, ranges, 0.0)], axis=1)
     if step < 0.0:
         scan = scan[::-1]
-    if len(ranges) < 3 or len(ranges) * abs(step) < 2.0 * math.pi - 0.5 * abs(step):
-        return np.ascontiguousarray(scan)
-    jumps = np.abs(np.diff(scan[:, 1], append=scan[0, 1]))
-    begin = (int(np.argmax(jumps)) + 1) % len(scan)
-    turned = np.roll(scan, -begin, axis=0)
-    if begin:
-        turned[-begin:, 0] += 2.0 * math.pi
-    return turned
+    return np.ascontiguousarray(scan)
 
 
 @kernel
@@ -114,7 +107,8 @@ def find_walls(
         if len(members) < least[1]:
             continue
         line = fit_line(members, rules.noise)
-        begin, end = _end_along(members[0], line.alpha), _end_along(members[-1], line.alpha)
+        along = members[:, 1] * np.sin(members[:, 0] - line.alpha)
+        begin, end = along.min(), along.max()
         _, rough = misfit(members, line, rules.noise)
         if end - begin < least[0] or rough > least[2]:
             continue
@@ -126,12 +120,6 @@ def find_walls(
         walls[found, 5], walls[found, 6] = begin, end
         found += 1
     return walls[:found]
-
-
-@kernel
-def _end_along(beam: NDArray[np.float64], alpha: float) -> float:
-    """Return where a beam (2,) ends along a line, m from the foot of the normal."""
-    return float(beam[1] * math.sin(beam[0] - alpha))
 
 
 def _as_lines(walls: NDArray[np.float64]) -> Lines:

@@ -30,22 +30,30 @@ def merge_pieces(
         rules: what one wall is.
     """
     beams = scan[hits]
+    count = len(pieces)
     owner = np.full(len(hits), NOBODY)
-    for i in range(len(pieces)):
+    for i in range(count):
         if pieces[i, 1] > pieces[i, 0]:
             owner[pieces[i, 0] : pieces[i, 1] + 1] = i
-    last = pieces[:, 1].copy()
-    for i in range(len(pieces)):
-        if owner[pieces[i, 0]] != i:
-            continue
-        for j in range(i + 1, min(i + 1 + FRAGMENTS, len(pieces))):
-            if owner[pieces[j, 0]] != j:
+    span = pieces.copy()
+    for i in range(count):
+        for j in range(i + 1, count):
+            # Ahead, or back over the seam where the scan begins and ends.
+            if j - i > FRAGMENTS and i + count - j > FRAGMENTS:
                 continue
-            if _is_one_wall(beams[owner == i], beams[owner == j], rules) and _goes_on(
-                scan, (hits[last[i]], hits[pieces[j, 0]]), beams[owner == i], rules
-            ):
-                owner[pieces[j, 0] : pieces[j, 1] + 1] = i
-                last[i] = pieces[j, 1]
+            if owner[pieces[i, 0]] != i or owner[pieces[j, 0]] != j:
+                continue
+            ends = (hits[span[i, 0]], hits[span[i, 1]], hits[pieces[j, 0]], hits[pieces[j, 1]])
+            if not _is_one_wall(beams[owner == i], beams[owner == j], rules):
+                continue
+            way = _goes_on(scan, ends, beams[owner == i], rules)
+            if way == 0:
+                continue
+            owner[pieces[j, 0] : pieces[j, 1] + 1] = i
+            if way > 0:
+                span[i, 1] = pieces[j, 1]
+            else:
+                span[i, 0] = pieces[j, 0]
     return owner
 
 
@@ -76,21 +84,32 @@ def mahalanobis(one: Fit, two: Fit) -> float:
 @kernel
 def _goes_on(
     scan: NDArray[np.float64],
-    ends: tuple[int, int],
+    ends: tuple[int, int, int, int],
     members: NDArray[np.float64],
     rules: Straightness,
-) -> bool:
-    """Say whether a wall with these members (m, 2) may go on between two of the scan's beams."""
+) -> int:
+    """Say whether another piece continues a wall: 1 beyond its end, -1 before its start, 0 not.
+
+    Args:
+        scan: (n, 2) all beams.
+        ends: first and last beam of the wall, first and last of the piece.
+        members: (m, 2) beams of the wall.
+        rules: what one wall is.
+    """
     line = fit_line(members, rules.noise)
-    before, after = ends
-    apart = distance_along(line, scan[before], scan[after])
-    if apart <= widest_opening(line, scan[before], rules):
-        return True
-    for k in range(before + 1, after):
+    start, end, first, last = ends
+    apart = distance_along(line, scan[end], scan[first])
+    if apart < 0.0:
+        # Only over the seam of a full turn does what comes later lie before.
+        apart = distance_along(line, scan[last], scan[start])
+        return -1 if apart <= widest_opening(line, scan[start], rules) else 0
+    if apart <= widest_opening(line, scan[end], rules):
+        return 1
+    for k in range(end + 1, first):
         cos = math.cos(scan[k, 0] - line.alpha)
         if scan[k, 1] == 0.0 or scan[k, 1] * cos > line.distance + BEHIND:
-            return False
-    return apart <= rules.hidden_gap
+            return 0
+    return 1 if apart <= rules.hidden_gap else 0
 
 
 @kernel

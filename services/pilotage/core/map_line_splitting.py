@@ -82,7 +82,7 @@ def _settle_borders(sums: NDArray[np.float64], pieces: NDArray[np.int64]) -> Non
 def _error(sums: NDArray[np.float64], first: int, last: int) -> float:
     """Return the sum of squared distances of a piece's sides from its line, cells^2."""
     moments = sums[last] - sums[first]
-    return moments[0] * line_of(moments)[2]
+    return float(moments[0] * line_of(moments)[2])
 
 
 @kernel
