@@ -6,6 +6,7 @@ from pydantic import Field
 
 from pilotage.bus.deployment import ConfigPath, Settings
 from pilotage.localizer.markov_localizer import MarkovParams
+from pilotage.localizer.method import MethodName
 from pilotage.localizer.pose_grid import PoseGridParams
 
 Sensor = Literal["laser", "sonar", "compass", "landmark"]
@@ -14,14 +15,15 @@ Sensor = Literal["laser", "sonar", "compass", "landmark"]
 class LocalizerSettings(Settings):
     """How the localizer localizes, what it listens to and how finely it believes.
 
-    `method`: markov, the exact belief, or mcl, particles. `amcl_file`: parameters of AMCL for mcl.
+    `method`: markov, the exact belief; mcl, particles; or ekf, which follows the walls from a known
+    start. `amcl_file`: parameters of AMCL for mcl.
     `sensors`: which measurements weigh the belief. `landmarks`: the file that says where those
     are which the sensor landmark sees. `resolution` [m] and `headings`: the states.
     `algorithm`, `recovery_weight`, `tempering`: see MarkovParams (Wu & Bell 2003, eq. 3 and 8).
     `belief_period`: least time [s] between two `belief` messages.
     """
 
-    method: Literal["markov", "mcl"] = "markov"
+    method: MethodName = "markov"
     amcl_file: ConfigPath | None = None
     sensors: tuple[Sensor, ...] = ("laser", "compass")
     landmarks: ConfigPath | None = None

@@ -1,7 +1,7 @@
 """What every way of localizing offers, so that service, commands and messages can use any.
 
 `markov` keeps the exact belief over a grid of poses (MarkovLocalizer), `mcl` a set of particles
-(ParticleLocalizer).
+(ParticleLocalizer), `ekf` one Gaussian that follows the walls (EkfLocalizer) and finds no start.
 """
 
 from typing import Literal, Protocol
@@ -14,7 +14,7 @@ from pilotage.localizer.estimate import Estimate, Memory
 from pilotage.localizer.measurement import Measurement
 from pilotage.localizer.range_model import RangeTable
 
-MethodName = Literal["markov", "mcl"]
+MethodName = Literal["markov", "mcl", "ekf"]
 
 
 class Belief(Protocol):

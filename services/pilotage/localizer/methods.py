@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.landmark_map import LandmarkMap
+from pilotage.localizer.ekf_localizer import EkfLocalizer, EkfParams
 from pilotage.localizer.estimate import Memory
 from pilotage.localizer.markov_localizer import MarkovLocalizer, MarkovParams
 from pilotage.localizer.method import LocalizationMethod
@@ -36,6 +37,7 @@ class MethodSetup:
 
     markov: MarkovParams = field(default_factory=MarkovParams)
     particles: ParticleParams = field(default_factory=ParticleParams)
+    ekf: EkfParams = field(default_factory=EkfParams)
     landmarks: LandmarkMap | None = None
     start: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
     seed: int = 0
@@ -44,6 +46,8 @@ class MethodSetup:
         """Return what a method's table of optimistic ranges depends on; None: it has no table."""
         if name == "markov":
             return self.markov.grid, self.markov.visibility
+        if name == "ekf":
+            return None
         evidence = self.particles.evidence
         return None if evidence.visibility is None else (evidence.tables, evidence.visibility)
 
@@ -59,23 +63,21 @@ METHODS: dict[str, Make] = {
     "mcl": lambda world, setup, rng, sight: ParticleLocalizer(
         world, setup.particles, rng, sight, setup.landmarks
     ),
+    "ekf": lambda world, setup, _rng, _sight: EkfLocalizer(world, setup.ekf),
 }
 
-MISSING = {
-    "ekf": "the method ekf is not built yet: it matches the lines of walls, which nothing finds so "
-    "far; there are " + " and ".join(METHODS)
-}
+FINDERS = "markov", "mcl"
+"""Those that find a robot from an unknown start; ekf follows one whose start is known."""
 
 
 class NoMethodError(ValueError):
-    """A method that cannot be had; the text says why and which ones can."""
+    """A method that cannot be had; the text says which ones can."""
 
 
 def require_method(name: str) -> None:
     """Raise NoMethodError unless there is a method of this name."""
     if name not in METHODS:
-        unknown = f"there is no method '{name}'; there are {' and '.join(METHODS)}"
-        raise NoMethodError(MISSING.get(name, unknown))
+        raise NoMethodError(f"there is no method '{name}'; there are {', '.join(METHODS)}")
 
 
 def make_method(
