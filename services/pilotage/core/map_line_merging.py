@@ -81,7 +81,7 @@ def _is_one_face(
     length = math.hypot(along_x, along_y)
     for ends in (one, two):
         dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
-        if dx * along_x + dy * along_y < SAME_WAY * length * math.hypot(dx, dy):
+        if dx * along_x + dy * along_y <= SAME_WAY * length * math.hypot(dx, dy):
             return False
         for k in range(2):
             if abs(ends[k, 0] * cos + ends[k, 1] * sin - line[1]) > tolerance:
