@@ -8,7 +8,7 @@ import pytest
 from pilotage.core.landmark_map import LandmarkMap, landmarks_of, read_landmarks
 from pilotage.core.map_files import load_map
 from pilotage.robot.simulator.config import open_world
-from pilotage.robot.simulator.draw_worlds import write_landmarks
+from pilotage.robot.simulator.draw_worlds import write_list
 from pilotage.robot.simulator.football_field import football_field, football_landmarks
 
 RENEW = "run `python -m pilotage.robot.simulator.draw_worlds deploy/worlds`"
@@ -41,7 +41,7 @@ def test_the_committed_landmarks_are_those_of_the_code(repository: Path) -> None
 
 
 def test_landmarks_that_are_written_read_back_the_same(tmp_path: Path) -> None:
-    write_landmarks(football_landmarks(), tmp_path / "field.yaml")
+    write_list("landmarks", football_landmarks(), tmp_path / "field.yaml")
     assert_same(read_landmarks(tmp_path / "field.yaml"), LANDMARKS)
 
 

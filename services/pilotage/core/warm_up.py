@@ -12,6 +12,7 @@ WARM_UPS = [
     "pilotage.core.distance_field:warm_up",
     "pilotage.core.line_extraction:warm_up",
     "pilotage.core.map_lines:warm_up",
+    "pilotage.robot.simulator.picture_kernels:warm_up",
     "pilotage.localizer.kernels:warm_up",
     "pilotage.localizer.particle_kernels:warm_up",
     "pilotage.localizer.landmark_kernels:warm_up",

@@ -9,6 +9,8 @@ from pilotage.topology.door_walls import Crossings
 
 JAMB_BEAMS = 2
 """Beams of the first three beside a gap that must end on the wall: its jamb."""
+THINNEST_WALL = 0.10
+"""m: a beam that ends nearer behind the face of a wall ended between its jambs."""
 NARROWEST = 0.4
 """m: narrower gaps are no way."""
 MOST = 0.75
@@ -86,8 +88,11 @@ def gaps_in(met: Crossings, tolerance: float, widest: float) -> list[Gap]:
         if len(later) == 0 or not _has_jambs(is_beyond, int(begin), int(later[0])):
             continue
         end = int(later[0])
-        first = _jamb(ended[begin], places[begin + 1], steps[begin])
-        second = _jamb(ended[end + 1], places[end], steps[end])
+        inside = slice(begin + 1, end + 1)
+        shallow = depths[inside] < THINNEST_WALL
+        reached = np.concatenate([places[inside], ended[inside][shallow]])
+        first = _jamb(ended[begin], float(reached.min()), steps[begin])
+        second = _jamb(ended[end + 1], float(reached.max()), steps[end])
         gap = Gap(first, second, places[begin + 1 : end + 1], depths[begin + 1 : end + 1])
         if NARROWEST <= gap.width <= widest:
             gaps.append(gap)
@@ -111,10 +116,10 @@ def _has_jambs(is_beyond: NDArray[np.bool_], begin: int, end: int) -> bool:
     return bool(before.sum() >= JAMB_BEAMS and after.sum() >= JAMB_BEAMS)
 
 
-def _jamb(on_wall: float, beyond: float, step: float) -> Jamb:
-    """Return the jamb between where a beam ended on the wall and where the next went through it.
+def _jamb(on_wall: float, reached: float, step: float) -> Jamb:
+    """Return the jamb between where a beam ended on the wall and what a beam in the gap reached.
 
     It lies anywhere between them with equal probability.
     """
-    spread = max(abs(beyond - on_wall), float(step) / 2.0)
-    return Jamb(float(on_wall + beyond) / 2.0, spread**2 / 12.0)
+    spread = max(abs(reached - on_wall), float(step) / 2.0)
+    return Jamb(float(on_wall + reached) / 2.0, spread**2 / 12.0)

@@ -5,6 +5,7 @@ start: random                 # or [x, y, theta] in m and rad
 unmapped: [[3, 4, 4, 4.5]]    # furniture that the map lacks: boxes x0, y0, x1, y1 in m
 people: 3
 landmarks: [{class: beacon, x: 1, y: 2}]   # or a file of them; a camera sees them
+doors: [{ends: [[1, 2], [1.9, 2]], state: closed}]   # or a file of them; its picture shows them
 robot: {laser: {range_max: 8.0}}
 """
 
@@ -33,6 +34,7 @@ from pilotage.core.landmark_map import (
     read_landmarks,
 )
 from pilotage.core.map_files import MapFileError, load_map
+from pilotage.robot.simulator.doors import NO_DOORS, Doors, doors_of, read_doors
 from pilotage.robot.simulator.simulation import NoPlaceError, RobotParams, Simulation
 from pilotage.robot.simulator.walls import Walls
 
@@ -57,16 +59,27 @@ def _landmarks(value: object, info: ValidationInfo) -> LandmarkMap:
     """Return the landmarks that stand in the world file, or in the file that it names."""
     if isinstance(value, list):
         return landmarks_of(value)
+    return read_landmarks(_file(value, info, "landmarks"))
+
+
+def _doors(value: object, info: ValidationInfo) -> Doors:
+    """Return the doors that stand in the world file, or in the file that it names."""
+    if isinstance(value, list):
+        return doors_of(value)
+    return read_doors(_file(value, info, "doors"))
+
+
+def _file(value: object, info: ValidationInfo, what: str) -> Path:
     if not isinstance(value, str):
-        raise ValueError("it must be a list of landmarks or a file with one")  # noqa: TRY004 - for pydantic
-    return read_landmarks(TypeAdapter(ConfigPath).validate_python(value, context=info.context))
+        raise ValueError(f"it must be a list of {what} or a file with one")  # noqa: TRY004 - for pydantic
+    return TypeAdapter(ConfigPath).validate_python(value, context=info.context)
 
 
 class WorldFile(Settings):
     """A world; everything but the map has a default.
 
     `seed` None: another run each time. `people`: how many walk about. `landmarks`: as in
-    `core.landmark_map`.
+    `core.landmark_map`. `doors`: as in `robot.simulator.doors`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -78,6 +91,7 @@ class WorldFile(Settings):
     unmapped: tuple[tuple[float, float, float, float], ...] = ()
     people: Annotated[int, Field(ge=0, le=100)] = 0
     landmarks: Annotated[InstanceOf[LandmarkMap], BeforeValidator(_landmarks)] = NO_LANDMARKS
+    doors: Annotated[InstanceOf[Doors], BeforeValidator(_doors)] = NO_DOORS
     seed: Annotated[int, Field(ge=0)] | None = None
     robot: RobotParams = RobotParams()
 
@@ -110,7 +124,7 @@ def open_world(path: Path, seed: int | None = None) -> Simulation:
     world = read_world(path)
     rng = np.random.default_rng(world.seed if seed is None else seed)
     try:
-        walls = Walls.of(load_map(world.map), world.unmapped)
+        walls = Walls.of(load_map(world.map), world.unmapped, world.doors)
         _refuse_strays(world, walls.geometry)
         simulation = Simulation(walls, world.robot, world.people, rng, world.landmarks)
         if world.start == "random":
@@ -136,7 +150,18 @@ def _refuse_strays(world: WorldFile, geometry: GridGeometry) -> None:
         x, y = landmarks.positions[stray]
         place = f"landmark {stray + 1} ({landmarks.classes[stray]}) at ({x:g}, {y:g})"
         raise StrayError(f"landmarks: {place} lies outside of the map")
+    _refuse_stray_doors(world.doors, geometry)
     named = () if camera is None else sorted(camera.recognition_by_class)
     unknown = next((name for name in named if name not in landmarks.classes), None)
     if unknown is not None:
         raise StrayError(f"robot.camera.recognition_by_class: no landmark is a '{unknown}'")
+
+
+def _refuse_stray_doors(doors: Doors, geometry: GridGeometry) -> None:
+    """Refuse doors beyond the map; StrayError."""
+    cells = geometry.cells_of(doors.jambs.reshape(-1, 2))
+    is_inside = geometry.contains(cells).reshape(-1, 2).all(axis=1)
+    if not is_inside.all():
+        stray = int(np.argmin(is_inside))
+        x, y = doors.jambs[stray].mean(axis=0)
+        raise StrayError(f"doors: door {stray + 1} at ({x:g}, {y:g}) lies outside of the map")

@@ -1,6 +1,7 @@
 """Writes the worlds drawn in code as map_server maps: `python -m ...draw_worlds FOLDER`."""
 
 import argparse
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,10 @@ import yaml
 from PIL import Image
 
 from pilotage.core.grid import FREE, OCCUPIED, OccupancyMap
+from pilotage.robot.simulator.corridor_plan import corridor_doors, corridor_floor
 from pilotage.robot.simulator.floor_plans import office_floor, square_hall
-from pilotage.robot.simulator.football_field import Entry, football_field, football_landmarks
+from pilotage.robot.simulator.football_field import football_field, football_landmarks
+from pilotage.robot.simulator.office_doors import office_doors
 
 FREE_SHADE, OCCUPIED_SHADE, UNKNOWN_SHADE = 254, 0, 205
 
@@ -36,11 +39,11 @@ def write_map(world: OccupancyMap, image: Path) -> None:
     image.with_suffix(".yaml").write_text(text, encoding="utf-8")
 
 
-def write_landmarks(entries: list[Entry], file: Path) -> None:
-    """Write landmarks one a line, as `core.landmark_map` reads them."""
+def write_list(name: str, entries: Sequence[Mapping[str, object]], file: Path) -> None:
+    """Write a list of landmarks or doors, one a line, as the world files read them."""
     lines = (yaml.safe_dump(e, sort_keys=False, default_flow_style=True, width=99) for e in entries)
     text = "".join(f"  - {line}" for line in lines)
-    file.write_text(f"landmarks:\n{text}", encoding="utf-8")
+    file.write_text(f"{name}:\n{text}", encoding="utf-8")
 
 
 def main() -> None:
@@ -51,7 +54,10 @@ def main() -> None:
     write_map(square_hall(), folder / "hall_map.pgm")
     write_map(office_floor(), folder / "office_map.png")
     write_map(football_field(), folder / "robocup_map.pgm")
-    write_landmarks(football_landmarks(), folder / "robocup_landmarks.yaml")
+    write_list("landmarks", football_landmarks(), folder / "robocup_landmarks.yaml")
+    write_list("doors", office_doors(), folder / "office_doors.yaml")
+    write_map(corridor_floor(), folder / "corridor_map.png")
+    write_list("doors", corridor_doors(), folder / "corridor_doors.yaml")
 
 
 if __name__ == "__main__":

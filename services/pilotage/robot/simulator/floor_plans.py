@@ -12,10 +12,17 @@ from pilotage.robot.simulator import furniture
 from pilotage.robot.simulator.floor_canvas import Box, FloorCanvas, Room
 from pilotage.robot.simulator.furniture import Furnish
 
+Line = tuple[tuple[float, float], tuple[float, float]]
 HALL_SIZE, HALL_CELL = 15.0, 0.10
 OFFICE_WIDTH, OFFICE_HEIGHT, OFFICE_CELL = 60.0, 40.0, 0.05
 OUTER_WALL, INNER_WALL = 0.30, 0.10
-DOOR_WIDTH = 1.0
+DOOR_WIDTH, DOOR_ASIDE = 1.0, 0.45
+"""Of the rooms' doors, and how far they are from the right end of their wall, m."""
+WIDE_DOORS: tuple[Line, ...] = (
+    *(((35.4, 15.2), (35.4, 17.2)), ((35.4, 23.6), (35.4, 25.6))),
+    *(((42.0, 31.8), (44.0, 31.8)), ((40.6, 27.0), (41.8, 27.0))),
+)
+"""Of the open-plan office and the foyer."""
 
 SOUTH_CORRIDOR: Box = (0.0, 6.0, 60.0, 8.2)
 NORTH_CORRIDOR: Box = (0.0, 31.8, 46.0, 34.0)
@@ -121,7 +128,7 @@ def _enclose(canvas: FloorCanvas, box: Box) -> None:
 
 def _open_door(canvas: FloorCanvas, room: Room) -> None:
     """Cut the doorway near the right end of its wall; the leaf stands open against the side."""
-    right = room.along - 0.45
+    right = room.along - DOOR_ASIDE
     half = INNER_WALL / 2.0
     canvas.floor(room.place(right - DOOR_WIDTH, -half, right, half))
     canvas.solid(room.place(right, half, right + 0.05, half + DOOR_WIDTH - 0.05))
@@ -147,8 +154,8 @@ def _draw_open_plan(canvas: FloorCanvas) -> None:
     x0, y0, _, y1 = OPEN_PLAN
     canvas.wall((x0, y0), (x0, y1), INNER_WALL)
     canvas.wall((x0, y1), (47.0, y1), INNER_WALL)
-    canvas.floor((x0 - 0.1, 15.2, x0 + 0.1, 17.2))
-    canvas.floor((x0 - 0.1, 23.6, x0 + 0.1, 25.6))
+    for (x, start), (_, end) in WIDE_DOORS[:2]:
+        canvas.floor((x - 0.1, start, x + 0.1, end))
     for x, y, pairs in (
         *((39.0, 16.6, 3), (45.8, 16.6, 3), (53.2, 16.6, 2)),
         *((39.0, 22.2, 2), (44.6, 22.2, 3), (51.6, 22.2, 3)),
@@ -180,8 +187,8 @@ def _draw_corridors(canvas: FloorCanvas) -> None:
     """The foyer of the conference room, and what stands about in corridors."""
     canvas.wall((35.4, 31.8), (47.0, 31.8), INNER_WALL)
     canvas.wall((35.4, 27.0), (35.4, 31.8), INNER_WALL)
-    canvas.floor((42.0, 31.7, 44.0, 31.9))
-    canvas.floor((40.6, 26.9, 41.8, 27.1))
+    for (start, y), (end, _) in WIDE_DOORS[2:]:
+        canvas.floor((start, y - 0.1, end, y + 0.1))
     canvas.solid((36.0, 27.2, 39.0, 27.7))
     canvas.round(38.5, 30.0, 0.45)
     canvas.round(44.8, 29.2, 0.45)

@@ -10,6 +10,7 @@ from pilotage.core.angles import wrap
 from pilotage.core.landmark_map import NO_LANDMARKS, LandmarkMap
 from pilotage.core.motion import arc
 from pilotage.robot.simulator.camera import Camera, CameraParams
+from pilotage.robot.simulator.doors import Doors
 from pilotage.robot.simulator.drive import (
     DriveParams,
     SlipParams,
@@ -19,6 +20,7 @@ from pilotage.robot.simulator.drive import (
     slipped,
 )
 from pilotage.robot.simulator.people import People
+from pilotage.robot.simulator.picture_params import PictureParams
 from pilotage.robot.simulator.range_sensors import (
     CompassParams,
     LaserParams,
@@ -40,7 +42,8 @@ CONTACT = 0.005
 class RobotParams:
     """All parameters of the simulated robot.
 
-    `camera` None: it has one if its world has landmarks.
+    `camera` None: it has one if its world has landmarks or doors. `picture` None: that camera
+    takes pictures if its world has doors.
     """
 
     drive: DriveParams = field(default_factory=DriveParams)
@@ -50,6 +53,7 @@ class RobotParams:
     sonar: SonarParams = field(default_factory=SonarParams)
     compass: CompassParams = field(default_factory=CompassParams)
     camera: CameraParams | None = None
+    picture: PictureParams | None = None
 
 
 class NoPlaceError(ValueError):
@@ -76,7 +80,7 @@ class Simulation:
         self.contact: float | None = None
         self.odometry = WheelOdometry(params.odometry, rng)
         self.people = People(walls, people, rng)
-        self.camera = _camera(params.camera, landmarks)
+        self.camera = _camera(params, landmarks, walls.doors)
         self._wanted = (0.0, 0.0)
         self._counted = np.zeros(2)
         self._ticks = 0
@@ -189,8 +193,9 @@ class Simulation:
         return f"at {place} the robot would touch a wall"
 
 
-def _camera(params: CameraParams | None, landmarks: LandmarkMap) -> Camera | None:
+def _camera(params: RobotParams, landmarks: LandmarkMap, doors: Doors) -> Camera | None:
     """Return the camera that was asked for, or the usual one where there is something to see."""
-    if params is None and not landmarks.classes:
+    is_asked_for = params.camera is not None or params.picture is not None
+    if not (is_asked_for or landmarks.classes or doors):
         return None
-    return Camera(params or CameraParams(), landmarks)
+    return Camera(params.camera or CameraParams(), landmarks)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -25,11 +25,16 @@ from pilotage_schemas.sensors import (
     SonarScan,
 )
 
+if TYPE_CHECKING:
+    from pilotage.robot.simulator.eye import Eye
+
 TICK_NS = round(TICK_S * 1e9)
 ODOMETRY_EVERY, SENSORS_EVERY, PICTURE_EVERY = 5, 10, 20
 """Ticks between two samples: 20 Hz, 10 Hz and 5 Hz."""
 SONAR_PHASE, COMPASS_PHASE, CAMERA_PHASE = 5, 3, 7
-"""Ticks by which sonar, compass and camera follow the laser, so that the work is spread."""
+"""Ticks by which sonar, compass and camera follow the laser, so that the work is spread.
+
+The picture in which edges are sought is taken with the scan: doors are where both agree."""
 LARGEST_GAP_NS = 500_000_000
 """After a longer pause (a stopped process) the world goes on as if no time had passed."""
 
@@ -42,6 +47,7 @@ class Simulator:
         self._now_ns: int | None = None
         self._ticks = 0
         self._was_pressed: bool | None = None
+        self._eye = _eye(simulation)
 
     def __enter__(self) -> Self:
         """There is nothing to open."""
@@ -110,8 +116,11 @@ class Simulator:
         if self._ticks % SENSORS_EVERY == COMPASS_PHASE:
             yield Measurement("heading", self._heading(stamp_ns))
         camera = self._simulation.camera
-        if camera is not None and self._ticks % PICTURE_EVERY == CAMERA_PHASE:
+        is_time = self._ticks % PICTURE_EVERY == CAMERA_PHASE
+        if camera is not None and camera.landmarks.classes and is_time:
             yield Measurement("landmarks", self._landmarks(camera, stamp_ns))
+        if self._eye is not None and self._ticks % PICTURE_EVERY == 0:
+            yield Measurement("vertical_edges", self._eye.edges(stamp_ns))
         if (self._simulation.contact is not None) != self._was_pressed:
             yield Measurement("bumper", self._bumper(stamp_ns))
 
@@ -200,3 +209,14 @@ class Simulator:
 def _pose(pose: "np.typing.NDArray[np.float64]") -> Pose2:
     x, y, theta = (float(value) for value in pose)
     return Pose2(x=x, y=y, theta=theta)
+
+
+def _eye(simulation: Simulation) -> "Eye | None":
+    """Return what looks for edges, if there are pictures."""
+    camera = simulation.camera
+    if camera is None or not (simulation.walls.doors or simulation.params.picture):
+        return None
+    # Imported here: most worlds have no pictures, and OpenCV takes a tenth of a second to load.
+    from pilotage.robot.simulator.eye import Eye  # noqa: PLC0415 - start-up time
+
+    return Eye(simulation, camera)

@@ -10,6 +10,7 @@ from pilotage.core import se2
 from pilotage.core.cell_traversal import cast_rays_in_grid
 from pilotage.core.distance_field import distance_to_walls
 from pilotage.core.grid import OCCUPIED, GridGeometry, OccupancyMap
+from pilotage.robot.simulator.doors import NO_DOORS, Doors
 from pilotage.robot.simulator.floor_canvas import Box
 
 
@@ -18,21 +19,25 @@ class Walls:
     """Cells of a world.
 
     `stops_beams`: occupied; `stops_bodies`: occupied or unknown, for nobody has been there.
-    Both bool (rows, cols).
+    Both bool (rows, cols), leaves of `doors` that are shut included.
     """
 
     geometry: GridGeometry
     stops_beams: NDArray[np.bool_]
     stops_bodies: NDArray[np.bool_]
+    doors: Doors = NO_DOORS
 
     @classmethod
-    def of(cls, world: OccupancyMap, unmapped: tuple[Box, ...] = ()) -> "Walls":
-        """Return the walls of a map, and boxes of the map frame that the map lacks."""
+    def of(
+        cls, world: OccupancyMap, unmapped: tuple[Box, ...] = (), doors: Doors = NO_DOORS
+    ) -> "Walls":
+        """Return the walls of a map, with boxes and leaves of doors that the map lacks."""
         cells = world.cells.copy()
         for box in unmapped:
             _add_box(cells, world.geometry, box)
+        doors.fill(cells, world.geometry, OCCUPIED)
         real = OccupancyMap(world.geometry, cells)
-        return cls(world.geometry, real.is_wall, ~real.is_free)
+        return cls(world.geometry, real.is_wall, ~real.is_free, doors)
 
     @cached_property
     def clearance(self) -> NDArray[np.float32]:
