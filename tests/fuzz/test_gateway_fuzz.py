@@ -59,6 +59,7 @@ def zipped(_context: object, _value: object) -> bytes:
     return packed({"map.yaml": b"image: map.pgm", "map.pgm": b"P5"})
 
 
+GRAPH = b'{"type": "FeatureCollection", "features": []}'
 KEPT = StoredTopology(name="office", map_id="0123", floor="1", nodes=3, edges=2, saved_ns=1)
 ANSWERS: dict[str, Part] = {
     "map_list": MapList(maps=(StoredMap.model_validate(EXAMPLE),)),
@@ -74,7 +75,7 @@ ANSWERS: dict[str, Part] = {
     ),
     "topology_list": TopologyList(topologies=(KEPT,)),
     "topology_delete": Done(detail="deleted office"),
-    "topology_fetch": TopologyFile(content=np.frombuffer(b"{}", np.int8)),
+    "topology_fetch": TopologyFile(content=np.frombuffer(GRAPH, np.int8)),
     "topology_store": TopologySaved(name="office", map_id="0123", path="office.geojson"),
 }
 

@@ -14,6 +14,8 @@ from pilotage.gateway.routes import (
     robots,
     sensors,
     streams,
+    topologies,
+    topology,
 )
 from pilotage.gateway.service import GatewayService
 
@@ -41,7 +43,8 @@ def create_app(service: GatewayService, access: Access) -> Guard:
     )
     app.state.service = service
     add_problem_handlers(app)
-    for module in (page, robots, planning, maps, library, sensors, commands, streams):
+    described = (page, robots, planning, maps, library, topology, topologies, sensors)
+    for module in (*described, commands, streams):
         app.include_router(module.router)
     app.mount("/static", page.PageFiles(directory=page.WEB, check_dir=False))
     return Guard(app, access)

@@ -16,7 +16,12 @@ MAX_WAITING = 16
 THREADS_FOR_STOP = 8
 """A robot that does not answer must not keep `stop` from being sent: it has threads left."""
 
-UNLOGGED = frozenset({"velocity", "map_list", "map_fetch"})
+UNLOGGED = frozenset(
+    {
+        *("velocity", "map_list", "map_fetch", "topology_list", "topology_fetch"),
+        *("topology_route", "nearest_node"),
+    }
+)
 """What changes nothing, or comes many times a second while somebody drives: no news but refused."""
 
 

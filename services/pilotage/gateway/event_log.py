@@ -10,7 +10,7 @@ REPEAT_S = 5.0
 """The same again within this time is no news."""
 
 Severity = Literal["info", "warning", "fault"]
-Kind = Literal["localization", "service", "link", "command", "refusal", "kidnap", "map"]
+Kind = Literal["localization", "service", "link", "command", "refusal", "kidnap", "map", "place"]
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,10 @@ DECIMALS = 6
 """Of float32 values: a micrometre, where their own digits end."""
 
 
+EXACT = 2.0**53
+"""Below this a float holds every integer."""
+
+
 class BadRequestError(ValueError):
     """JSON that is not a request of the wanted kind; the text says why, in one line."""
 
@@ -31,7 +35,10 @@ def from_json(kind: type[Request], body: bytes) -> Request:
     """Return the request of type `kind` in `body`, where nothing means {}, or BadRequestError."""
     try:
         fields = json.loads(
-            body or b"{}", parse_constant=_refuse_constant, object_pairs_hook=_unique
+            body or b"{}",
+            parse_constant=_refuse_constant,
+            parse_float=_number,
+            object_pairs_hook=_unique,
         )
     except (ValueError, RecursionError) as error:
         raise BadRequestError(f"the body is not valid JSON: {error}") from error
@@ -55,6 +62,12 @@ def schema_of(kind: type[Part], *, is_reply: bool = True) -> Json:
 
 def _refuse_constant(name: str) -> None:
     raise ValueError(f"{name} is not JSON")
+
+
+def _number(text: str) -> float:
+    """Return a number; to JSON Schema 7.0 is an integer as much as 7 is."""
+    value = float(text)
+    return int(value) if abs(value) < EXACT and value == int(value) else value
 
 
 def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:

@@ -6,6 +6,7 @@ from pilotage_schemas.localization import PoseEstimate
 from pilotage_schemas.mapping import MappingStatus, OccupancyGrid
 from pilotage_schemas.message import Message
 from pilotage_schemas.planning import PlanningStatus
+from pilotage_schemas.topology import NodeArrival, Relocalization, TopologicalMap
 
 STATE_WORDS = {
     "unknown": "Searching: it could be anywhere",
@@ -15,6 +16,7 @@ STATE_WORDS = {
 }
 STATE_SEVERITY: dict[str, Severity] = {"lost": "warning", "ambiguous": "warning"}
 PROCESS_SEVERITY: dict[str, Severity] = {"late": "warning", "down": "fault", "given_up": "fault"}
+FOUND_BY = {"recovered": "at a known place", "chain": "by a chain of places"}
 SILENT_STARTS = frozenset({"starting", "ready"})
 """States of a process seen for the first time that are no news."""
 
@@ -28,6 +30,7 @@ class Watch:
         self._map_id: str | None = None
         self._mapping = MappingStatus(stamp_ns=0, frame_id="map", mode="idle")
         self._planning: tuple[str, str] | None = None
+        self._topology: tuple[str, str, str] | None = None
         self._processes: dict[str, Process] = {}
 
     def see(self, message: Message, now_ns: int) -> None:
@@ -41,6 +44,12 @@ class Watch:
                 self._see_mapping(message, now_ns)
             case PlanningStatus():
                 self._see_planning(message, now_ns)
+            case TopologicalMap():
+                self._see_topology(message, now_ns)
+            case NodeArrival():
+                self._see_arrival(message, now_ns)
+            case Relocalization():
+                self._see_relocalization(message, now_ns)
             case Deployment():
                 for process in message.processes:
                     self._see_process(process, now_ns)
@@ -81,6 +90,27 @@ class Watch:
         is_trouble = status.mode == "waiting" or status.outcome in ("failed", "interrupted")
         severity: Severity = "warning" if is_trouble else "info"
         self._events.append(now_ns, "command", severity, f"Planner: {status.reason}")
+
+    def _see_topology(self, world: TopologicalMap, now_ns: int) -> None:
+        """Tell of another topological map; that one grows is no news."""
+        before, self._topology = self._topology, (world.map_id, world.name, world.built_from)
+        if before != self._topology:
+            size = f"{len(world.nodes)} nodes, {len(world.edges)} ways"
+            of = f" {world.name}" if world.name else ""
+            text = f"Topological map{of} in use, built from the {world.built_from}: {size}"
+            self._events.append(now_ns, "map", "info", text)
+
+    def _see_arrival(self, arrival: NodeArrival, now_ns: int) -> None:
+        place = arrival.name or f"node {arrival.node}"
+        text = f"At {place}: {arrival.matched} of {arrival.bound} features seen again"
+        self._events.append(now_ns, "place", "info", text)
+
+    def _see_relocalization(self, found: Relocalization, now_ns: int) -> None:
+        """Tell that a lost pose was found again; that one was corrected is no news."""
+        if found.cause != "corrected":
+            how = FOUND_BY[found.cause]
+            text = f"Pose found again {how}, at node {found.node} by {found.matched} features"
+            self._events.append(now_ns, "localization", "info", text)
 
     def _see_process(self, process: Process, now_ns: int) -> None:
         before = self._processes.get(process.name)
