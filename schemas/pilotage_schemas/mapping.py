@@ -86,7 +86,11 @@ class MappingStatus(Message):
 
 
 class MappedPath(Message):
-    """The way that the map was made from: poses (n, 3) in order, thinned, all of them corrected."""
+    """The way that the map was made from: poses (n, 3) in order, thinned, all of them corrected.
+
+    `ages` (n,) s: how long before `stamp_ns` the robot was there.
+    """
 
     map_id: Name
     poses: Annotated[Float32Array, Nd("float32", "n,3")]
+    ages: Annotated[Float32Array, Nd("float32", "n")]

@@ -326,9 +326,12 @@ def test_near_is_as_often_true_as_it_is_said() -> None:
 def test_a_long_way_is_shown_with_a_bounded_number_of_poses() -> None:
     way = np.zeros((200_000, 3))
     way[:, 0] = np.arange(200_000) * 0.02
-    shown = path_message("m", way, 1).poses
+    stamps = np.arange(200_000, dtype=float) / 10.0
+    message = path_message("m", (stamps, way), 30_000_000_000_000)
+    shown = message.poses
     assert len(shown) <= 5002
+    np.testing.assert_allclose(message.ages, 30_000.0 - 5.0 * shown[:, 0], atol=0.01)
     assert shown[0, 0] == 0.0
     assert shown[-1, 0] == pytest.approx(way[-1, 0])
-    assert path_message("m", np.zeros((0, 3)), 1).poses.shape == (0, 3)
-    assert len(path_message("m", np.zeros((1, 3)), 1).poses) == 1
+    assert path_message("m", (np.zeros(0), np.zeros((0, 3))), 1).poses.shape == (0, 3)
+    assert len(path_message("m", (np.zeros(1), np.zeros((1, 3))), 1).poses) == 1

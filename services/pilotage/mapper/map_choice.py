@@ -107,7 +107,7 @@ class MapChoice:
             grid = self.show.checked(self._world, self._name)
             self._hand_over(grid)
             self.show.serve(grid)
-            self.show.path(self.session.method.trajectory()[1])
+            self.show.path(self.session.method.trajectory())
             self.keep()
         self.see_to_hand_over()
         return grid
@@ -148,7 +148,7 @@ class MapChoice:
         with self._node.busy(WORK_S):
             self.show.grow(decided(self.session.method.map()))
         if with_path or before != self.show.map_id:
-            self.show.path(self.session.method.trajectory()[1])
+            self.show.path(self.session.method.trajectory())
             self.say_status()
 
     def say_status(self) -> None:

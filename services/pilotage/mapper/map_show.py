@@ -71,9 +71,9 @@ class MapShow:
             )
             self._patch.publish(message)
 
-    def path(self, poses: NDArray[np.float64]) -> None:
-        """Publish the way (n, 3) that the map was made from."""
-        self._path.publish(path_message(self.map_id, poses, self._clock.now_ns()))
+    def path(self, way: tuple[NDArray[np.float64], NDArray[np.float64]]) -> None:
+        """Publish the way, stamps (n,) in s and poses (n, 3), that the map was made from."""
+        self._path.publish(path_message(self.map_id, way, self._clock.now_ns()))
 
     def status(self, status: MappingStatus) -> None:
         """Publish who owns the pose, and take it or leave it."""

@@ -10,6 +10,7 @@ from pilotage.core.grid import OccupancyMap
 from pilotage.core.logs import CommandRecord, HeadingRecord, ScanRecord, SonarRecord
 from pilotage.core.map_files import map_digest
 from pilotage.core.odometry_watch import OdometrySample
+from pilotage_schemas.arrays import LARGEST
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.localization import PoseEstimate
 from pilotage_schemas.mapping import MappedPath, OccupancyGrid
@@ -54,10 +55,21 @@ def grid_message(
     )
 
 
-def path_message(map_id: str, poses: NDArray[np.float64], stamp_ns: int) -> MappedPath:
-    """Return the poses (n, 3) that a map was made from, thinned."""
-    kept = _thinned(poses).astype(np.float32)
-    return MappedPath(stamp_ns=stamp_ns, frame_id="map", map_id=map_id, poses=kept)
+def path_message(
+    map_id: str, way: tuple[NDArray[np.float64], NDArray[np.float64]], stamp_ns: int
+) -> MappedPath:
+    """Return the way, stamps (n,) in s and poses (n, 3), that a map was made from, thinned."""
+    stamps, poses = way
+    kept = _thinned(poses)
+    # A map may be gone on with whose stamps are of another clock than Unix time.
+    ages = np.clip(stamp_ns / 1e9 - stamps[kept], -LARGEST, LARGEST)
+    return MappedPath(
+        stamp_ns=stamp_ns,
+        frame_id="map",
+        map_id=map_id,
+        poses=poses[kept].astype(np.float32),
+        ages=ages.astype(np.float32),
+    )
 
 
 def pose_message(
@@ -129,13 +141,12 @@ def command_record(command: VelocityCommand) -> CommandRecord:
     return CommandRecord(command.stamp_ns / 1e9, command.twist.vx, command.twist.omega)
 
 
-def _thinned(poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the poses at every 0.1 m of the way, and the last one."""
+def _thinned(poses: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return which of the poses lie at every 0.1 m of the way, and the last one."""
     if len(poses) == 0:
-        return np.zeros((0, 3))
+        return np.empty(0, np.int64)
     steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
     way = np.concatenate([[0.0], np.cumsum(steps)])
     spacing = max(PATH_STEP, float(way[-1]) / PATH_MOST)
     _, first = np.unique(np.floor(way / spacing), return_index=True)
-    kept: NDArray[np.float64] = poses[np.union1d(first, [len(poses) - 1])]
-    return kept
+    return np.union1d(first, [len(poses) - 1])
