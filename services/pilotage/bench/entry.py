@@ -11,12 +11,12 @@ import numpy as np
 class Size:
     """How much work: so many `states` or `particles`, and `beams` each is weighed by.
 
-    Of a map, so many `cells`, and `beams` of a scan.
+    Of a map, so many `cells`, and `beams` of a scan; or so many `lines` found in a scan.
     """
 
     count: int
     beams: int
-    kind: Literal["states", "particles", "cells"] = "states"
+    kind: Literal["states", "particles", "cells", "lines"] = "states"
 
 
 @dataclass(frozen=True)

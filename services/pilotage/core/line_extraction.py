@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
 from pilotage.core.jit import kernel
-from pilotage.core.line_fit import BeamNoise, fit_line, misfit
+from pilotage.core.line_fit import BeamNoise, fit_line, misfit, place_along
 from pilotage.core.line_merging import is_round, merge_pieces
 from pilotage.core.line_splitting import Straightness, refine_borders, split_scan
 from pilotage.core.lines import Lines
@@ -32,9 +32,9 @@ class LineParams:
     """A beam more standard deviations off than this lies on another wall."""
     merge_chi2: float = 18.4
     """Most squared Mahalanobis distance of two pieces of a wall: one in 10,000 is farther."""
-    least_length: float = 0.4
-    """m; what is shorter is furniture or a person."""
-    least_beams: int = 6
+    least_length: float = 0.3
+    """m; what is shorter is furniture or a leg."""
+    least_beams: int = 5
     gap: float = 0.3
     """m: a wall with a wider opening is two walls."""
     hidden_gap: float = 1.2
@@ -56,7 +56,7 @@ def extract_lines(
         params: noise of the laser, and what a wall is.
     """
     scan = _in_order(np.asarray(ranges, np.float64), *angles)
-    hits = np.flatnonzero(scan[:, 1] > 0.0)
+    hits = np.flatnonzero(scan[:, 2] > 0.0)
     if len(hits) < 2:
         return Lines.none()
     rules = Straightness(
@@ -72,10 +72,11 @@ def extract_lines(
 
 
 def _in_order(ranges: NDArray[np.float64], first: float, step: float) -> NDArray[np.float64]:
-    """Return beams (n, 2), bearings rising; ranges are 0 where nothing came back."""
+    """Return beams (n, 3), bearings rising; ranges are 0 where nothing came back."""
     bearings = bearings_of(len(ranges), first, step)
     usable = np.isfinite(ranges) & (ranges > 0.0)
-    scan = np.stack([bearings, np.where(usable, ranges, 0.0)], axis=1)
+    known = np.where(usable, ranges, 0.0)
+    scan = np.stack([np.cos(bearings), np.sin(bearings), known], axis=1)
     if step < 0.0:
         scan = scan[::-1]
     return np.ascontiguousarray(scan)
@@ -91,7 +92,7 @@ def find_walls(
     """Return walls (w, 7): alpha and distance away from the laser, their covariance, two ends.
 
     Args:
-        scan: (n, 2) bearings, rising, and ranges; 0 where nothing came back.
+        scan: (n, 3) beams, bearings rising; their range is 0 where nothing came back.
         hits: (k,) those of the scan that hit something.
         rules: what one wall is.
         least: length in m, beams, roughness, radius in m.
@@ -107,8 +108,10 @@ def find_walls(
         if len(members) < least[1]:
             continue
         line = fit_line(members, rules.noise)
-        along = members[:, 1] * np.sin(members[:, 0] - line.alpha)
-        begin, end = along.min(), along.max()
+        begin, end = math.inf, -math.inf
+        for k in range(len(members)):
+            place = place_along(members[k], line.alpha)
+            begin, end = min(begin, place), max(end, place)
         _, rough = misfit(members, line, rules.noise)
         if end - begin < least[0] or rough > least[2]:
             continue

@@ -24,7 +24,7 @@ def merge_pieces(
     """Return for each hit (k,) the number of its wall, NOBODY if it is alone.
 
     Args:
-        scan: (n, 2) all beams; a range is 0 where nothing came back.
+        scan: (n, 3) all beams; a range is 0 where nothing came back.
         hits: (k,) the beams of the scan that hit something.
         pieces: (p, 2) straight pieces of the hits, in order.
         rules: what one wall is.
@@ -36,6 +36,8 @@ def merge_pieces(
         if pieces[i, 1] > pieces[i, 0]:
             owner[pieces[i, 0] : pieces[i, 1] + 1] = i
     span = pieces.copy()
+    # Pieces of one beam are never asked for theirs.
+    fits = [_fit_of(beams, piece, rules.noise) for piece in pieces]
     for i in range(count):
         for j in range(i + 1, count):
             # Ahead, or back over the seam where the scan begins and ends.
@@ -44,11 +46,14 @@ def merge_pieces(
             if owner[pieces[i, 0]] != i or owner[pieces[j, 0]] != j:
                 continue
             ends = (hits[span[i, 0]], hits[span[i, 1]], hits[pieces[j, 0]], hits[pieces[j, 1]])
-            if not _is_one_wall(beams[owner == i], beams[owner == j], rules):
+            if mahalanobis(fits[i], fits[j]) > rules.merge_chi2:
                 continue
-            way = _goes_on(scan, ends, beams[owner == i], rules)
-            if way == 0:
+            way = _goes_on(scan, ends, fits[i], rules)
+            together = beams[(owner == i) | (owner == j)]
+            fit = fit_line(together, rules.noise)
+            if way == 0 or misfit(together, fit, rules.noise)[0] > rules.split_sigmas:
                 continue
+            fits[i] = fit
             owner[pieces[j, 0] : pieces[j, 1] + 1] = i
             if way > 0:
                 span[i, 1] = pieces[j, 1]
@@ -58,14 +63,9 @@ def merge_pieces(
 
 
 @kernel
-def _is_one_wall(one: NDArray[np.float64], two: NDArray[np.float64], rules: Straightness) -> bool:
-    """Say whether two sets of beams (a, 2) and (b, 2) lie on one line."""
-    noise = rules.noise
-    if mahalanobis(fit_line(one, noise), fit_line(two, noise)) > rules.merge_chi2:
-        return False
-    together = np.concatenate((one, two))
-    worst, _ = misfit(together, fit_line(together, noise), noise)
-    return worst <= rules.split_sigmas
+def _fit_of(beams: NDArray[np.float64], piece: NDArray[np.int64], noise: BeamNoise) -> Fit:
+    """Return the line through a piece (2,) of beams (n, 3)."""
+    return fit_line(beams[piece[0] : piece[1] + 1], noise)
 
 
 @kernel
@@ -85,18 +85,17 @@ def mahalanobis(one: Fit, two: Fit) -> float:
 def _goes_on(
     scan: NDArray[np.float64],
     ends: tuple[int, int, int, int],
-    members: NDArray[np.float64],
+    line: Fit,
     rules: Straightness,
 ) -> int:
     """Say whether another piece continues a wall: 1 beyond its end, -1 before its start, 0 not.
 
     Args:
-        scan: (n, 2) all beams.
+        scan: (n, 3) all beams.
         ends: first and last beam of the wall, first and last of the piece.
-        members: (m, 2) beams of the wall.
+        line: the wall's.
         rules: what one wall is.
     """
-    line = fit_line(members, rules.noise)
     start, end, first, last = ends
     apart = distance_along(line, scan[end], scan[first])
     if apart < 0.0:
@@ -106,24 +105,25 @@ def _goes_on(
     if apart <= widest_opening(line, scan[end], rules):
         return 1
     for k in range(end + 1, first):
-        cos = math.cos(scan[k, 0] - line.alpha)
-        if scan[k, 1] == 0.0 or scan[k, 1] * cos > line.distance + BEHIND:
+        cos = math.cos(line.alpha) * scan[k, 0] + math.sin(line.alpha) * scan[k, 1]
+        if scan[k, 2] == 0.0 or scan[k, 2] * cos > line.distance + BEHIND:
             return 0
     return 1 if apart <= rules.hidden_gap else 0
 
 
 @kernel
 def is_round(beams: NDArray[np.float64], line: Fit, noise: BeamNoise, radius: float) -> bool:
-    """Say whether beams (m, 2) bulge from their line more like a disc of a radius, m, than not.
+    """Say whether beams (m, 3) bulge from their line more like a disc of a radius, m, than not.
 
     The bulge is fitted as a parabola over the line; it must be plain beyond the noise.
     """
-    along = beams[:, 1] * np.sin(beams[:, 0] - line.alpha)
+    cos, sin = math.cos(line.alpha), math.sin(line.alpha)
+    along = beams[:, 2] * (cos * beams[:, 1] - sin * beams[:, 0])
     middle = 0.5 * (along.min() + along.max())
     half = max(0.5 * (along.max() - along.min()), 1e-6)
     shape = ((along - middle) / half) ** 2
     shape -= shape.mean()
-    off = beams[:, 1] * np.cos(beams[:, 0] - line.alpha) - line.distance
+    off = beams[:, 2] * (cos * beams[:, 0] + sin * beams[:, 1]) - line.distance
     power = (shape**2).sum()
     if power < 1e-9:
         return False

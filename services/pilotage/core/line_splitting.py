@@ -1,7 +1,7 @@
 """Kernels of split and merge: which beams of a scan lie on one wall.
 
-Beams are (n, 2), bearing in rad and range in m, in the order of their bearings. A piece is a row
-of beams (first, last), both inclusive.
+Beams are (n, 3): cosine and sine of the bearing, range in m; in the order of their bearings. A
+piece is a row of beams (first, last), both inclusive.
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
-from pilotage.core.line_fit import BeamNoise, Fit, fit_line, misfit, residual
+from pilotage.core.line_fit import BeamNoise, Fit, fit_line, misfit, place_along, residual
 
 GRAZING = 0.2
 """rad: where a wall is seen at a smaller angle, its beams may lie too far apart to be chained."""
@@ -39,7 +39,7 @@ class Straightness(NamedTuple):
 
 @kernel
 def split_scan(beams: NDArray[np.float64], rules: Straightness) -> NDArray[np.int64]:
-    """Return the straight pieces (p, 2) of beams (n, 2) that all hit something, in order."""
+    """Return the straight pieces (p, 2) of beams (n, 3) that all hit something, in order."""
     count = len(beams)
     pieces = np.empty((count, 2), np.int64)
     waiting = np.empty((count + 1, 2), np.int64)
@@ -65,11 +65,13 @@ def split_scan(beams: NDArray[np.float64], rules: Straightness) -> NDArray[np.in
 
 @kernel
 def _breaks(one: NDArray[np.float64], two: NDArray[np.float64], rules: Straightness) -> bool:
-    """Say whether two successive hits (2,) lie too far apart for one wall."""
-    between = two[0] - one[0]
-    squared = one[1] ** 2 + two[1] ** 2 - 2.0 * one[1] * two[1] * math.cos(between)
-    turn = min(between, 2.0 * rules.step)
-    allowed = rules.gap + turn * min(one[1], two[1]) / math.tan(GRAZING)
+    """Say whether two successive hits (3,) lie too far apart for one wall."""
+    cos, sin = one[0] * two[0] + one[1] * two[1], one[0] * two[1] - one[1] * two[0]
+    squared = one[2] ** 2 + two[2] ** 2 - 2.0 * one[2] * two[2] * cos
+    turn = 2.0 * rules.step
+    if cos > 0.0:
+        turn = min(math.asin(min(sin, 1.0)), turn)
+    allowed = rules.gap + turn * min(one[2], two[2]) / math.tan(GRAZING)
     return bool(squared > allowed * allowed)
 
 
@@ -88,8 +90,8 @@ def _split_at(beams: NDArray[np.float64], rules: Straightness) -> int:
 @kernel
 def _farthest_from_chord(beams: NDArray[np.float64]) -> int:
     """Return the beam, neither first nor last, that ends farthest from the chord of the two."""
-    x = beams[:, 1] * np.cos(beams[:, 0])
-    y = beams[:, 1] * np.sin(beams[:, 0])
+    x = beams[:, 2] * beams[:, 0]
+    y = beams[:, 2] * beams[:, 1]
     dx, dy = x[-1] - x[0], y[-1] - y[0]
     farthest, most = 1, -1.0
     for i in range(1, len(beams) - 1):
@@ -110,17 +112,16 @@ def _opening(beams: NDArray[np.float64], line: Fit, rules: Straightness) -> int:
 
 @kernel
 def distance_along(line: Fit, one: NDArray[np.float64], two: NDArray[np.float64]) -> float:
-    """Return how far apart two beams (2,) end along a line, m; positive in their order."""
-    there = two[1] * math.sin(two[0] - line.alpha)
-    return float(there - one[1] * math.sin(one[0] - line.alpha))
+    """Return how far apart two beams (3,) end along a line, m; positive in their order."""
+    return place_along(two, line.alpha) - place_along(one, line.alpha)
 
 
 @kernel
 def widest_opening(line: Fit, beam: NDArray[np.float64], rules: Straightness) -> float:
-    """Return how far the next hit may lie along a wall at a beam (2,), m."""
-    cos = max(math.cos(beam[0] - line.alpha), 0.05)
+    """Return how far the next hit may lie along a wall at a beam (3,), m."""
+    cos = max(math.cos(line.alpha) * beam[0] + math.sin(line.alpha) * beam[1], 0.05)
     # Two beams may be lost without the wall being open there.
-    return float(max(rules.gap, 3.0 * rules.step * beam[1] / cos))
+    return float(max(rules.gap, 3.0 * rules.step * beam[2] / cos))
 
 
 @kernel
@@ -151,7 +152,11 @@ def refine_borders(beams: NDArray[np.float64], pieces: NDArray[np.int64], noise:
 
 @kernel
 def _preference(beam: NDArray[np.float64], one: Fit, two: Fit, noise: BeamNoise) -> float:
-    """Return how much worse a beam (2,) fits the first line than the second."""
-    off_one, variance_one, _ = residual(one.alpha, one.distance, beam, noise)
-    off_two, variance_two, _ = residual(two.alpha, two.distance, beam, noise)
+    """Return how much worse a beam (3,) fits the first line than the second."""
+    off_one, variance_one, _ = residual(
+        (math.cos(one.alpha), math.sin(one.alpha)), one.distance, beam, noise
+    )
+    off_two, variance_two, _ = residual(
+        (math.cos(two.alpha), math.sin(two.alpha)), two.distance, beam, noise
+    )
     return off_one**2 / variance_one - off_two**2 / variance_two
