@@ -8,6 +8,7 @@ import pytest
 from pilotage.bench import (
     building_cases,
     grid_cases,
+    line_cases,
     mapping_cases,
     particle_cases,
     planner_cases,
@@ -54,9 +55,9 @@ def test_the_first_call_and_the_preparation_do_not_count() -> None:
     assert Stopwatch(clock).median_ms(work, 3, prepare) == pytest.approx(2.0)
 
 
-@pytest.mark.parametrize("kind", ["states", "particles", "cells"])
+@pytest.mark.parametrize("kind", ["states", "particles", "cells", "lines"])
 def test_an_entry_has_the_keys_that_others_rely_on(
-    kind: Literal["states", "particles", "cells"],
+    kind: Literal["states", "particles", "cells", "lines"],
 ) -> None:
     size = Size(7, 60, kind)
     entry = Entry("a case", size, 1.0, 20.0, 0.5, {"memory_mb": 3.0})
@@ -135,7 +136,8 @@ def test_the_suite_measures_everything_and_says_how_much_there_is(
     monkeypatch.setattr(building_cases, "AREAS", (36.0, 49.0, 64.0, 81.0, 100.0))
     monkeypatch.setattr(mapping_cases, "REDRAWN", 5)
     monkeypatch.setattr(mapping_cases, "SCANS", 4)
-    for module in (building_cases, particle_cases, mapping_cases, planner_cases):
+    monkeypatch.setattr(line_cases, "SCANS", 2)
+    for module in (building_cases, particle_cases, mapping_cases, planner_cases, line_cases):
         monkeypatch.setattr(module, "office_floor", small_office)
         monkeypatch.setattr(module, "OFFICE_CORRIDOR", (1.5, 7.0, 5.0))
     monkeypatch.setattr(building_cases, "CORRIDOR_MIDDLE", 3.0)

@@ -5,11 +5,12 @@ from collections.abc import Callable, Iterator
 from pilotage.bench.building_cases import AREAS, growth_cases, office_cases
 from pilotage.bench.entry import Entry, Stopwatch
 from pilotage.bench.grid_cases import exact_posterior_case, hall_case
+from pilotage.bench.line_cases import line_cases
 from pilotage.bench.mapping_cases import mapping_cases
 from pilotage.bench.particle_cases import COUNTS, particle_cases
 from pilotage.bench.planner_cases import planner_cases
 
-ENTRIES = 1 + 3 * len(AREAS) + 4 + 2 * len(COUNTS) + 3 + 2 + 1
+ENTRIES = 1 + 3 * len(AREAS) + 4 + 2 * len(COUNTS) + 3 + 2 + 1 + 1
 """How many entries there are, for a progress bar."""
 
 
@@ -26,4 +27,5 @@ def run_suite(watch: Stopwatch, peak_mb: Callable[[], float]) -> Iterator[Entry]
     yield from particle_cases(watch)
     yield from mapping_cases(watch)
     yield from planner_cases(watch)
+    yield from line_cases(watch)
     yield from exact_posterior_case(watch)

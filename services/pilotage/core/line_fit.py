@@ -64,6 +64,12 @@ def residual(
 
 
 @kernel
+def normal_of(line: Fit) -> tuple[float, float]:
+    """Return the unit vector from the laser towards a line."""
+    return math.cos(line.alpha), math.sin(line.alpha)
+
+
+@kernel
 def first_guess(beams: NDArray[np.float64]) -> tuple[float, float]:
     """Return alpha and distance of the line nearest to the ends of beams (n, 3), unweighted."""
     count = len(beams)
@@ -111,7 +117,7 @@ def fit_line(beams: NDArray[np.float64], noise: BeamNoise) -> Fit:
 @kernel
 def misfit(beams: NDArray[np.float64], line: Fit, noise: BeamNoise) -> tuple[float, float]:
     """Return the largest and the mean squared residual of beams (n, 3), in standard deviations."""
-    normal = math.cos(line.alpha), math.sin(line.alpha)
+    normal = normal_of(line)
     worst, total = 0.0, 0.0
     for i in range(len(beams)):
         beyond, variance, _ = residual(normal, line.distance, beams[i], noise)

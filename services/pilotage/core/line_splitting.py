@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
-from pilotage.core.line_fit import BeamNoise, Fit, fit_line, misfit, place_along, residual
+from pilotage.core.line_fit import (
+    BeamNoise,
+    Fit,
+    fit_line,
+    misfit,
+    normal_of,
+    place_along,
+    residual,
+)
 
 GRAZING = 0.2
 """rad: where a wall is seen at a smaller angle, its beams may lie too far apart to be chained."""
@@ -153,10 +161,6 @@ def refine_borders(beams: NDArray[np.float64], pieces: NDArray[np.int64], noise:
 @kernel
 def _preference(beam: NDArray[np.float64], one: Fit, two: Fit, noise: BeamNoise) -> float:
     """Return how much worse a beam (3,) fits the first line than the second."""
-    off_one, variance_one, _ = residual(
-        (math.cos(one.alpha), math.sin(one.alpha)), one.distance, beam, noise
-    )
-    off_two, variance_two, _ = residual(
-        (math.cos(two.alpha), math.sin(two.alpha)), two.distance, beam, noise
-    )
+    off_one, variance_one, _ = residual(normal_of(one), one.distance, beam, noise)
+    off_two, variance_two, _ = residual(normal_of(two), two.distance, beam, noise)
     return off_one**2 / variance_one - off_two**2 / variance_two
