@@ -24,6 +24,7 @@ from browser.looks import wait_for_commands, wait_for_places
 from browser.planning_looks import next_look
 from browser.planning_show import PlanningShow
 from browser.show import Script, Show
+from browser.topology_show import TopologyShow
 
 DESKTOP = {"width": 1440, "height": 900}
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -66,6 +67,13 @@ def show(gateway: LiveGateway) -> Iterator[Show]:
 def planning(gateway: LiveGateway) -> Iterator[PlanningShow]:
     """A robot that could be in three places, and a planner."""
     with PlanningShow(gateway) as running:
+        yield running
+
+
+@pytest.fixture
+def topology(gateway: LiveGateway) -> Iterator[TopologyShow]:
+    """A robot that could be in three places of a graph."""
+    with TopologyShow(gateway) as running:
         yield running
 
 
@@ -152,6 +160,38 @@ def planning_page(planning_desk: PlanningDesk) -> Page:
 def planning_show(planning_desk: PlanningDesk) -> PlanningShow:
     """The robot that plans."""
     return planning_desk.show
+
+
+@dataclass
+class TopologyDesk:
+    """A page and the robot with places behind it, shared by the tests of one module."""
+
+    page: Page
+    show: TopologyShow
+
+
+@pytest.fixture(scope="module")
+def shared_topology(browser: Browser) -> Iterator[TopologyDesk]:
+    """One gateway, page and robot that knows places for many tests."""
+    with (
+        LiveGateway() as gateway,
+        TopologyShow(gateway) as show,
+        watched_pages(browser, gateway) as opened,
+    ):
+        yield TopologyDesk(opened(), show)
+
+
+@pytest.fixture
+def topology_desk(shared_topology: TopologyDesk) -> TopologyDesk:
+    """The shared page as if opened for the first time, the graph standing, nothing asked."""
+    shared_topology.show.begin_anew()
+    shared_topology.page.evaluate("localStorage.clear()")
+    shared_topology.page.reload()
+    wait_for_places(shared_topology.page)
+    expect(shared_topology.page.locator("[data-layer=graph]")).to_have_text("Graph")
+    expect(shared_topology.page.locator("#matched")).to_be_visible()
+    shared_topology.show.asked.clear()
+    return shared_topology
 
 
 @contextlib.contextmanager

@@ -49,6 +49,7 @@ class Script:
     silent: frozenset[str] = frozenset()
     localizer: tuple[tuple[str, Any], ...] = ()
     planner: str = ""
+    topology: str = ""
     commands: tuple[str, ...] = COMMANDS
 
 
@@ -284,9 +285,10 @@ def deployment(now: int, script: Script) -> Deployment:
 
     names = ["router", "mapper", "robot", "localizer", "gateway"]
     changes: dict[str, dict[str, Any]] = {"localizer": dict(script.localizer)}
-    if script.planner:
-        names.append("planner")
-        changes["planner"] = {"state": script.planner}
+    for name in ("planner", "topology"):
+        if state := getattr(script, name):
+            names.append(name)
+            changes[name] = {"state": state}
     processes = tuple(process(name, **changes.get(name, {})) for name in names)
     return Deployment(stamp_ns=now, frame_id="", processes=processes)
 

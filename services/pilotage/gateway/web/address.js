@@ -32,3 +32,13 @@ export async function findRobot(token) {
 
 export const withToken = (address, token) =>
   token ? `${address}?token=${encodeURIComponent(token)}` : address;
+
+/** Asks for the cheapest way from a point to a node: {way: [[x, y], ...], nodes: [id, ...]}. */
+export async function askWay(robot, token, { x, y }, { id }) {
+  const address = `${robot}/topology/route?from=${x.toFixed(3)},${y.toFixed(3)}&to=${id}`;
+  const response = await ask(address, token).catch(() => null);
+  if (!response) throw new Error("The gateway cannot be reached");
+  const answer = await response.json().catch(() => ({}));
+  if (!response.ok) throw new Error(answer.detail ?? `The gateway answered ${response.status}`);
+  return answer;
+}

@@ -1,19 +1,21 @@
-// Three charts of the last two minutes, aligned in time, with one cursor for all.
+// Three charts of the last two minutes, aligned in time, with one cursor for all; a fourth joins
+// them once there are pairs to count.
 
 import { element, find, setText } from "./elements.js";
 import { number, timeOfDay, withUnit } from "./format.js";
 import { WINDOW_MS } from "./history.js";
 
 const LABEL_PX = 34;
-const LEAST_BITS = 8;
 
 const CHARTS = [
   { id: "mass", title: "Mass near best place", colour: "mode", rules: () => [0, 0.5, 1],
     label: (v) => `${Math.round(v * 100)}`, value: (v) => withUnit(Math.round(v * 100), 0, "%") },
   { id: "entropy", title: "Uncertainty, bits", colour: "series-2", rules: (top) => [0, top / 2, top],
-    label: (v) => number(v, 0), value: (v) => number(v, 1), grows: true },
+    label: (v) => number(v, 0), value: (v) => number(v, 1), least: 8 },
   { id: "age", title: "Message age p99, ms", colour: "series-3", rules: () => [1, 30, 1000], isLog: true,
     label: (v) => `${v}`, value: (v) => number(v, 0) },
+  { id: "pairs", title: "Matched pairs", colour: "graph", rules: (top) => [0, top / 2, top], isLate: true,
+    label: (v) => number(v, 0), value: (v) => number(v, 0), least: 8 },
 ];
 
 export class Charts {
@@ -34,10 +36,17 @@ export class Charts {
     const tab = element("button", { type: "button", class: "plain", role: "tab" }, chart.title);
     tab.addEventListener("click", () => this.choose(i));
     find("#charts-tabs").append(tab);
+    node.hidden = tab.hidden = Boolean(chart.isLate);
     canvas.addEventListener("pointermove", (event) => this.point(event, canvas));
     canvas.addEventListener("pointerleave", () => this.leave());
     new ResizeObserver(() => this.draw()).observe(canvas);
     return { ...chart, node, canvas, output, tab };
+  }
+
+  /** Shows the chart that waited for its first data. */
+  show(id) {
+    const { node, tab } = this.figures.find((figure) => figure.id === id);
+    node.hidden = tab.hidden = false;
   }
 
   choose(chosen) {
@@ -128,10 +137,10 @@ export class Charts {
   }
 }
 
-/** The scale of one chart; entropy's top grows with its values, the others are fixed. */
+/** The scale of one chart; a top of `least` grows with its values, the others are fixed. */
 function scaleOf(figure, series, area) {
   const values = series.samples.map((s) => s.value).filter((v) => v !== null);
-  const top = figure.grows ? 4 * Math.ceil(Math.max(LEAST_BITS, ...values) / 4) : 1;
+  const top = figure.least ? 4 * Math.ceil(Math.max(figure.least, ...values) / 4) : 1;
   const rules = figure.rules(top);
   const [low, high] = [rules[0], rules.at(-1)].map((v) => (figure.isLog ? Math.log(v) : v));
   const y = (value) => {

@@ -7,15 +7,20 @@ const ZOOM_STEP = 1.4;
 const WHEEL = 0.0015;
 const LONG_MS = 400;
 const LONG_PX = 8;
+const TAP_PX = 4;
 
-/** Lets `canvas` be panned, zoomed and turned; `aim` may take presses, `onHover` hears points. */
-export function startGestures(canvas, view, { aim, onMove, onHover, onLongPress }) {
+/**
+ * Lets `canvas` be panned, zoomed and turned; `aim` may take presses, `onHover` hears points, and
+ * `onTap(point, isTouch)` of what was pressed and let go at one place.
+ */
+export function startGestures(canvas, view, { aim, onMove, onHover, onLongPress, onTap }) {
   const pointers = new Map();
   let resting = null;
+  let tapping = null;
 
   const rest = (point) => {
     const timer = setTimeout(() => {
-      resting = null;
+      resting = tapping = null;
       onLongPress(point);
     }, LONG_MS);
     resting = { point, timer };
@@ -29,6 +34,7 @@ export function startGestures(canvas, view, { aim, onMove, onHover, onLongPress 
     canvas.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, at(event));
     unrest();
+    tapping = pointers.size === 1 && event.button === 0 && !aim.isActive ? at(event) : null;
     if (aim.isActive && pointers.size === 1) aim.press(at(event));
     else if (event.pointerType === "touch" && pointers.size === 1) rest(at(event));
     canvas.classList.add("is-dragging");
@@ -42,6 +48,7 @@ export function startGestures(canvas, view, { aim, onMove, onHover, onLongPress 
     // A finger is never quite still: until it has gone some way, it rests.
     if (resting && span(resting.point, now).length < LONG_PX) return;
     unrest();
+    if (tapping && span(tapping, now).length > TAP_PX) tapping = null;
     if (aim.isActive && pointers.size === 1) aim.drag(now);
     else if (pointers.size === 1) drag(before, now);
     else if (pointers.size === 2) pinch(event.pointerId, before, now);
@@ -54,7 +61,11 @@ export function startGestures(canvas, view, { aim, onMove, onHover, onLongPress 
     pointers.delete(event.pointerId);
     if (pointers.size === 0) canvas.classList.remove("is-dragging");
   };
-  canvas.addEventListener("pointerup", release);
+  canvas.addEventListener("pointerup", (event) => {
+    release(event);
+    if (tapping && !aim.isActive) onTap(tapping, event.pointerType === "touch");
+    tapping = null;
+  });
   canvas.addEventListener("pointercancel", release);
   canvas.addEventListener("pointerleave", () => onHover(null));
 

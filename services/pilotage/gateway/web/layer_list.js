@@ -2,6 +2,7 @@
 
 import { element, find, setText } from "./elements.js";
 import { settings } from "./settings.js";
+import { graphTrouble, matchTrouble } from "./topology.js";
 
 export const LAYERS = [
   { id: "belief", name: "Belief", colour: "mode", form: "fill", topic: "belief", from: "localizer" },
@@ -12,6 +13,8 @@ export const LAYERS = [
   { id: "potential", name: "Potential", colour: "goal", form: "contours", topic: "potential", from: "planner" },
   { id: "looks", name: "Looks", colour: "robot", form: "diamond", topic: "plan", from: "planner" },
   { id: "goal", name: "Goal", colour: "goal", form: "cross", topic: "goal", from: "planner" },
+  { id: "graph", name: "Graph", colour: "graph", form: "graph", topic: "topology", from: "topology" },
+  { id: "matches", name: "Matched", colour: "graph", form: "pairs", key: "m", topic: "matched_lines", from: "localizer", or: ["matched_features", "topology"] },
 ];
 const ON_PHONE = 3;
 
@@ -23,8 +26,12 @@ const FORMS = {
   dashes: "M1 6h4M7 6h3M12 6h3",
   contours: "M1 11C3 1 13 1 15 11M5 11c1-4 5-4 6 0",
   diamond: "M8 1l5 5-5 5-5-5z",
+  graph: "M2 9l5-6 7 6M7 3h.1M2 9h.1M14 9h.1",
+  pairs: "M1 3h14M5 10h8M8 4v1M8 7v1",
   cross: "M8 1a5 5 0 1 1 0 10A5 5 0 1 1 8 1zM8 4v4M6 6h4",
 };
+
+const WIDTHS = { dots: "2.5", pairs: "1.8" };
 
 export class LayerList {
   constructor(state, onChange) {
@@ -46,9 +53,9 @@ export class LayerList {
     return this.shown.has(id);
   }
 
-  /** Switches the layer of key `number`; says whether there is one. */
-  toggleNumber(number) {
-    const layer = LAYERS[number - 1];
+  /** Switches the layer of a key; says whether there is one. */
+  toggleKey(key) {
+    const layer = LAYERS.find((candidate, i) => keyOf(candidate, i) === key);
     if (layer) this.toggle(layer.id);
     return Boolean(layer);
   }
@@ -72,17 +79,24 @@ export class LayerList {
   /** Says of each layer whether its data have come. */
   update() {
     for (const layer of LAYERS) {
-      const isEmpty = !this.hasData(layer);
       const button = this.buttons.get(layer.id);
-      setText(button.querySelector("span"), isEmpty ? `${layer.name} · none yet` : layer.name);
-      const missing = `Topic ${layer.topic} has not come; ${layer.from} should send it`;
-      button.title = isEmpty ? missing : `Key ${LAYERS.indexOf(layer) + 1}`;
+      const isEmpty = !this.hasData(layer);
+      const trouble = isEmpty ? { word: "none yet", text: missing(layer) } : this.troubleOf(layer);
+      const key = keyOf(layer, LAYERS.indexOf(layer)).toUpperCase();
+      setText(button.querySelector("span"), trouble ? `${layer.name} · ${trouble.word}` : layer.name);
+      button.title = trouble ? trouble.text : `Key ${key}`;
     }
   }
 
-  hasData({ id, topic }) {
+  hasData({ id, topic, or = [] }) {
     if (id === "scan") return Boolean(this.state.entry("scan") ?? this.state.entry("sonar"));
-    return Boolean(this.state.entry(topic));
+    return Boolean(this.state.entry(topic) ?? this.state.entry(or[0]));
+  }
+
+  /** Why a layer whose data have come is not as it should be: {word, text}, or null. */
+  troubleOf({ id }) {
+    if (id === "graph") return graphTrouble(this.state);
+    return id === "matches" ? matchTrouble(this.state) : null;
   }
 
   chip(layer, i) {
@@ -100,6 +114,14 @@ export class LayerList {
   }
 }
 
+/** The first nine layers have the digits, the others a letter. */
+const keyOf = ({ key }, i) => key ?? String(i + 1);
+
+function missing({ topic, from, or }) {
+  if (!or) return `Topic ${topic} has not come; ${from} should send it`;
+  return `Neither ${topic} of ${from} nor ${or[0]} of ${or[1]} has come`;
+}
+
 function swatch({ colour, form }) {
   const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   svg.setAttribute("class", "swatch");
@@ -108,7 +130,7 @@ function swatch({ colour, form }) {
   svg.style.color = `var(--${colour})`;
   const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
   path.setAttribute("d", FORMS[form]);
-  path.setAttribute("stroke-width", form === "dots" ? "2.5" : "2");
+  path.setAttribute("stroke-width", WIDTHS[form] ?? "2");
   path.setAttribute("stroke-linecap", "round");
   if (form === "fill") path.setAttribute("fill", "currentColor");
   svg.append(path);

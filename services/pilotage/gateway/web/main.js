@@ -3,23 +3,27 @@
 // The canvas draws when something changes; words and numbers four times a second at the most.
 
 import { Actions } from "./actions.js";
-import { ask, findRobot, takeToken, withToken } from "./address.js";
+import { ask, askWay, findRobot, takeToken, withToken } from "./address.js";
 import { Aim } from "./aim.js";
 import { updateBanner } from "./banner.js";
 import { Charts } from "./charts.js";
 import { Commands } from "./commands.js";
 import { Driving } from "./driving.js";
 import { find, setText } from "./elements.js";
-import { followEvents } from "./events.js";
+import { followEvents, followRelocalizations } from "./events.js";
 import { startGestures } from "./gestures.js";
+import { Graph } from "./graph.js";
 import { AgePercentile, Series } from "./history.js";
 import { LayerList } from "./layer_list.js";
+import { Legend } from "./legend.js";
 import { LiveState } from "./live_state.js";
 import { Mapping } from "./mapping.js";
 import { NextLook } from "./next_look.js";
 import { startNotice } from "./notice.js";
 import { Panel } from "./panel.js";
+import { PlaceCard } from "./place_card.js";
 import { Places } from "./places.js";
+import { PlacesMaking } from "./places_making.js";
 import { Popover } from "./popover.js";
 import { Readout } from "./readout.js";
 import { Scene } from "./scene.js";
@@ -32,6 +36,7 @@ import { Stream } from "./stream.js";
 import { Strip } from "./strip.js";
 import { startTheme } from "./theme.js";
 import { startTools } from "./tools.js";
+import { isOfThisMap, matchCount } from "./topology.js";
 import { frameFor, View } from "./view.js";
 
 const TEXT_MS = 250;
@@ -42,7 +47,7 @@ const state = new LiveState(clock);
 const places = new Places();
 const view = new View();
 const token = takeToken();
-const series = { mass: new Series(), entropy: new Series(), age: new Series() };
+const series = { mass: new Series(), entropy: new Series(), age: new Series(), pairs: new Series() };
 const ages = new AgePercentile();
 const poses = [];
 const marks = [];
@@ -63,10 +68,11 @@ const commands = new Commands(() => robot, () => token, () => {
 });
 const aim = new Aim(view, scene, (command, body) => commands.send(command, body));
 const tools = startTools({ view, scene, layers, aim });
+const legend = new Legend(state, layers, scene);
 const readout = new Readout(view, scene, state);
 const popover = new Popover();
 const strip = new Strip(state, places, popover, voices);
-const panel = new Panel(state, places, {
+const panel = new Panel(state, places, () => (isOfThisMap(state) ? scene.graph.graph : null), {
   onLight: (number) => {
     scene.lit = number;
     scene.touch();
@@ -81,6 +87,9 @@ const actions = new Actions(state, commands, aim);
 const nextLook = new NextLook(state, voices);
 const driving = new Driving(state, commands);
 const mapping = new Mapping(state, commands, () => token);
+const making = new PlacesMaking(state, commands, () => token);
+const card = new PlaceCard(state, view, scene, commands, (start, end) => askWay(robot, token, start, end));
+scene.onView = () => card.place();
 const staleness = new Staleness(state, view, scene);
 const charts = new Charts(series, marks, clock, (at) => showGhost(at));
 new Stop(commands, voices, popover);
@@ -93,6 +102,7 @@ startGestures(live, view, {
     scene.point(point);
   },
   onLongPress: (point) => actions.sendGoalAt(point),
+  onTap: (point, isTouch) => card.press(point, isTouch),
 });
 startTheme(find("[data-theme-switch]"), () => {
   scene.recolour();
@@ -145,6 +155,19 @@ state.on("pose", ({ message }) => {
   while (now - poses[0].at > 120_000) poses.shift();
   if (state.isRealTime()) ages.add(now, state.age("pose") * 1000);
 });
+state.on("topology", ({ message }) => {
+  scene.takeGraph(new Graph(message));
+  card.renew();
+});
+followRelocalizations(state, () => scene.graph.graph, marks);
+for (const topic of ["matched_lines", "matched_features"]) {
+  state.on(topic, () => {
+    charts.show("pairs");
+    series.pairs.add(clock.unixMs(), matchCount(state));
+    scene.touch();
+  });
+}
+for (const topic of ["node_arrival", "relocalization"]) state.on(topic, () => scene.touch());
 state.on("potential", ({ message }) => scene.takePotential(message));
 for (const topic of ["scan", "sonar", "ground_truth", "plan", "path", "goal", "planning_status"]) state.on(topic, () => scene.touch());
 
@@ -156,6 +179,7 @@ function sample() {
   series.mass.add(now, isLive && belief ? (belief.modes[0]?.mass ?? 0) : null);
   series.entropy.add(now, isLive && belief ? belief.entropy : null);
   series.age.add(now, isLive && state.isRealTime() ? ages.p99() : null);
+  if (matchCount(state) === null) series.pairs.add(now, null);
   charts.draw();
 }
 
@@ -173,6 +197,9 @@ function showWords() {
   actions.update();
   driving.update();
   mapping.update();
+  making.update();
+  card.update();
+  legend.update();
   layers.update();
   staleness.update();
   readout.update();

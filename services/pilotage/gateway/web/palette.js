@@ -2,7 +2,7 @@
 
 const NAMES = [
   "app", "panel", "raised", "line", "text-1", "text-2", "text-3", "unknown", "free", "occupied",
-  "belief-1", "belief-2", "belief-3", "belief-4", "belief-5", "mode", "on-mode", "trail", "robot", "goal",
+  "belief-1", "belief-2", "belief-3", "belief-4", "belief-5", "mode", "on-mode", "trail", "graph", "robot", "goal",
   "accent", "ok", "warning", "fault", "stale", "series-2", "series-3",
 ];
 

@@ -1,13 +1,15 @@
 // The panel: how sure it is, where, and every place it could be; the map in words.
 
 import { degrees, number, percent, withUnit } from "./format.js";
+import { coordinates, placeText, pointText } from "./topology.js";
 import { element, find, setTerms, setText } from "./elements.js";
 import { certainty, GONE_S, STALE_S } from "./status.js";
 import { ellipseOf } from "./geometry.js";
 
 export class Panel {
-  constructor(state, places, { onLight, onGoTo }) {
-    Object.assign(this, { state, places, onLight, onGoTo });
+  /** `graph()` is the Graph of this map, or null. */
+  constructor(state, places, graph, { onLight, onGoTo }) {
+    Object.assign(this, { state, places, graph, onLight, onGoTo });
     this.rows = new Map();
     this.list = find("#places");
   }
@@ -19,6 +21,7 @@ export class Panel {
     this.list.classList.toggle("is-old", age !== null && age > STALE_S);
     this.showCertainty(isGone);
     this.showPlaces();
+    setText(find("#last-place"), isGone ? "" : placeText(this.state, this.graph()));
     this.showAbout();
   }
 
@@ -36,8 +39,8 @@ export class Panel {
     find(".bar i").style.transform = `scaleX(${isGone ? 0 : sure.share})`;
     const at = estimate?.state === "localized" ? estimate.pose : best?.pose ?? estimate.pose;
     const place = {
-      localized: pointText(at),
-      ambiguous: `${best?.number} · ${pointText(at)}`,
+      localized: pointText(at, this.graph()),
+      ambiguous: `${best?.number} · ${pointText(at, this.graph())}`,
     }[estimate?.state] ?? `${best?.number}, not confirmed yet`;
     setText(find("#where"), isGone ? "Nothing has come for a while" : `${sure.about} ${place}`);
   }
@@ -63,7 +66,8 @@ export class Panel {
     const { major } = ellipseOf(place.covariance, 1);
     const [badge, words, mass] = row.children;
     setText(badge, String(place.number));
-    setText(words.firstChild, pointText({ x, y }));
+    setText(words.firstChild, pointText({ x, y }, this.graph()));
+    words.title = coordinates({ x, y });
     setText(words.lastChild, `σ ${withUnit(major, 2, "m")} · ${degrees(theta)}`);
     setText(mass, `${place.percent}\u202f%`);
     row.classList.toggle("is-first", isBest);
@@ -107,5 +111,3 @@ function sizeText({ cells, resolution }) {
   return `${number(width, 0)} × ${withUnit(height, 0, "m")}`;
 }
 
-/** A point of the map, kept on one line. */
-const pointText = ({ x, y }) => `x\u00a0${number(x, 1)},\u00a0y\u00a0${number(y, 1)}\u202fm`;

@@ -5,7 +5,9 @@
 import { BeliefLayer } from "./layers/belief.js";
 import { drawCandidates, drawWayThere, labelChosen, labelOthers } from "./layers/candidates.js";
 import { drawGoal, drawPath } from "./layers/goal.js";
+import { GraphLayer } from "./layers/graph.js";
 import { Labels } from "./layers/labels.js";
+import { drawMatches } from "./layers/matches.js";
 import { drawModes, labelModes } from "./layers/modes.js";
 import { PotentialLayer } from "./layers/potential.js";
 import { drawOutline, drawPoseAim, drawRobot } from "./layers/robot.js";
@@ -18,6 +20,7 @@ import { Trail, TRAIL_MS } from "./history.js";
 import { readPalette } from "./palette.js";
 import { intentions } from "./planning.js";
 import { RobotMotion } from "./robot_motion.js";
+import { isGraphOld, isOfThisMap, lastPlace, matches } from "./topology.js";
 
 const RATIO_MAX = 2;
 const PHONE_FRAME_MS = 1000 / 30;
@@ -31,6 +34,9 @@ export class Scene {
     this.walls = new Walls();
     this.belief = new BeliefLayer(this.walls);
     this.potential = new PotentialLayer(this.walls, () => this.touch());
+    this.graph = new GraphLayer();
+    this.route = null;
+    this.chosen = null;
     this.trail = new Trail();
     this.motion = new RobotMotion();
     this.lit = null;
@@ -40,6 +46,7 @@ export class Scene {
     this.isOld = false;
     this.isPlanOld = false;
     this.covered = 0;
+    this.footWidth = 210;
     this.drawnAt = 0;
     this.isPhone = matchMedia("(width < 760px)");
     new ResizeObserver(() => this.resize()).observe(live);
@@ -64,6 +71,12 @@ export class Scene {
 
   takeBelief(belief) {
     this.belief.take(belief?.marginal ?? null, this.palette);
+    this.touch();
+  }
+
+  /** Takes a Graph. */
+  takeGraph(graph) {
+    this.graph.take(graph);
     this.touch();
   }
 
@@ -115,6 +128,7 @@ export class Scene {
     if (robot && this.state.message("pose")?.state === "localized") this.view.keepInSight(robot);
     if (this.floorIsDue || viewBefore !== this.viewKey()) this.drawFloor();
     this.drawLive(robot);
+    if (viewBefore !== this.viewKey()) this.onView?.();
     if (isZooming || this.motion.isMoving) this.touch();
   }
 
@@ -156,6 +170,8 @@ export class Scene {
     const inks = this.planInks();
     if (layers.has("belief")) this.belief.draw(context, view, this.ratio);
     if (layers.has("potential")) this.potential.draw(context, view, this.ratio, inks.goal);
+    const places = this.graphInks();
+    if (this.hasGraph()) this.drawGraph(context, places);
     this.inPixels(context);
     const way = state.message("mapped_path");
     if (layers.has("trail") && state.isMapping() && way) drawWay(context, view, palette, way.poses);
@@ -167,6 +183,9 @@ export class Scene {
     const isTrueMap = !state.message("mapping_status")?.sensor;
     const truth = layers.has("truth") && isTrueMap && state.message("ground_truth");
     if (truth) drawOutline(context, view, palette["text-2"], truth.pose);
+    if (layers.has("matches")) {
+      for (const { message, isOld } of matches(state)) drawMatches(context, view, palette, message, isOld);
+    }
     if (layers.has("goal")) this.drawGoing(context, inks, plan);
     if (layers.has("looks")) this.drawLooks(context, inks, plan, robot);
     this.drawPlaces(context);
@@ -177,6 +196,23 @@ export class Scene {
     else if (layers.has("potential") && this.pointer) {
       this.potential.drawArrow(context, view, inks, this.pointer);
     }
+  }
+
+  /** Whether the graph is drawn: one of another map would lie anywhere on this one. */
+  hasGraph() {
+    return this.layers.has("graph") && isOfThisMap(this.state);
+  }
+
+  /** The colours of the graph: grey when nobody keeps it. */
+  graphInks() {
+    const { palette } = this;
+    return isGraphOld(this.state) ? { ...palette, graph: palette.stale } : palette;
+  }
+
+  drawGraph(context, inks) {
+    const { route, chosen } = this;
+    const current = lastPlace(this.state, this.graph.graph)?.node.id;
+    this.graph.draw(context, this.view, this.ratio, inks, { route, chosen, current });
   }
 
   /** The colours of what the planner wants: grey when it has gone silent. */
@@ -214,6 +250,7 @@ export class Scene {
     labelChosen(labels, view, inks, looks);
     labelModes(labels, view, this.palette, places);
     labelOthers(labels, view, inks, looks);
+    if (this.hasGraph()) this.graph.label(labels, view, this.palette, this.route?.nodes ?? []);
   }
 
   /** Where chips, tools, legend and the sheet of a phone float, as far as labels must know. */
@@ -223,7 +260,7 @@ export class Scene {
     return [
       { x: 0, y: 0, width, height: inset.top - 10 },
       { x: width - 60, y: 0, width: 60, height: inset.top + 240 },
-      { x: 0, y: height - inset.bottom, width: 210, height: inset.bottom },
+      { x: 0, y: height - inset.bottom, width: this.footWidth, height: inset.bottom },
       { x: 0, y: height - this.covered, width, height: this.covered },
     ];
   }

@@ -42,7 +42,7 @@ export function startTools({ view, scene, layers, aim }) {
     if (event.key === "Escape" && aim.isActive) aim.leave();
     const act = keys[event.key.toLowerCase()];
     if (act) act();
-    else if (!layers.toggleNumber(Number(event.key))) return;
+    else if (!layers.toggleKey(event.key.toLowerCase())) return;
     moved();
   });
   find("[data-reset-view]").addEventListener("click", () => {

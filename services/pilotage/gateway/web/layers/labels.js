@@ -1,6 +1,10 @@
 // Labels on the map: small pills that avoid the robot, the rim and each other.
 
 const FONT = "600 12px Inter, system-ui, sans-serif";
+const PLAIN_FONT = "12px Inter, system-ui, sans-serif";
+const HALO = 3;
+const MOST_WIDTHS = 2000;
+const widths = new Map();
 const HEIGHT = 22;
 const PADDING = 10;
 
@@ -28,11 +32,8 @@ export class Labels {
    */
   write(text, at, away, { fill, edge, ink }) {
     const { context } = this;
-    context.font = FONT;
-    const width = Math.ceil(context.measureText(text).width) + 2 * PADDING;
-    const box = spots(at, away, width).find((spot) => this.isFree(spot));
+    const box = this.taking(text, FONT, at, away, PADDING);
     if (!box) return false;
-    this.taken.push(box);
     context.beginPath();
     context.roundRect(box.x + 0.5, box.y + 0.5, box.width, box.height, HEIGHT / 2);
     context.fillStyle = fill;
@@ -45,6 +46,42 @@ export class Labels {
     context.textBaseline = "middle";
     context.fillText(text, box.x + box.width / 2, box.y + box.height / 2 + 1);
     return true;
+  }
+
+  /** Writes `text` without a pill, on a halo of the floor's colour. */
+  writePlain(text, at, away, { halo, ink }) {
+    const { context } = this;
+    const box = this.taking(text, PLAIN_FONT, at, away, 2);
+    if (!box) return false;
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2 + 1];
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.lineJoin = "round";
+    context.lineWidth = 2 * HALO;
+    context.strokeStyle = halo;
+    context.strokeText(text, x, y);
+    context.fillStyle = ink;
+    context.fillText(text, x, y);
+    return true;
+  }
+
+  /** Takes the first free box beside `at` for `text` in this font; undefined without room. */
+  taking(text, font, at, away, padding) {
+    this.context.font = font;
+    const width = Math.ceil(this.widthOf(text, font)) + 2 * padding;
+    const box = spots(at, away, width).find((spot) => this.isFree(spot));
+    if (box) this.taken.push(box);
+    return box;
+  }
+
+  /** Measured once per text: hundreds of names come again in every frame. */
+  widthOf(text, font) {
+    const key = `${font} ${text}`;
+    if (!widths.has(key)) {
+      if (widths.size > MOST_WIDTHS) widths.clear();
+      widths.set(key, this.context.measureText(text).width);
+    }
+    return widths.get(key);
   }
 
   isFree(spot) {
