@@ -31,6 +31,13 @@ class Method(Enum):
     ekf = "ekf"
 
 
+class Spacing(Enum):
+    """Where a topological map has its nodes: where features are, or evenly."""
+
+    variable = "variable"
+    equal = "equal"
+
+
 class Sensor(Enum):
     """What `pilotage localize` weighs its belief by and `pilotage map` draws the map with."""
 
@@ -184,6 +191,25 @@ def trial(  # noqa: PLR0913, PLR0917 - the options that design section 4 fixes
     from pilotage import trial_command as command  # noqa: PLC0415 - see above
 
     command.trial(command.TrialOptions(world, policy, runs, seed, out, sight))
+
+
+@app.command()
+def topology(
+    world: Annotated[
+        Path, typer.Argument(metavar="MAP", help="Map: map_server YAML or Wean Hall.")
+    ],
+    out: Annotated[Path, typer.Option(help="GeoJSON to write; a picture goes beside it.")],
+    spacing: Annotated[
+        Spacing, typer.Option(help="Nodes where features are, or evenly.")
+    ] = Spacing.variable,
+    distance: Annotated[
+        float, typer.Option(min=0.5, max=100.0, help="Between nodes of equal spacing, in m.")
+    ] = 4.0,
+) -> None:
+    """Make a topological map of a finished map: doors, passages, nodes and the ways between."""
+    from pilotage import topology_command as command  # noqa: PLC0415 - see above
+
+    command.topology(command.TopologyOptions(world, out, spacing.value, distance))
 
 
 @app.command()

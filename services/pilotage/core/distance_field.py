@@ -22,6 +22,54 @@ def distance_to_map_walls(world: OccupancyMap) -> NDArray[np.float32]:
     return distance_to_walls(world.is_wall, world.geometry.resolution)
 
 
+def nearest_walls(is_wall: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Return for each cell the nearest wall cell, (rows, cols, 2) as row and col.
+
+    Of several as near any one; all -1 if there is no wall.
+    """
+    columns = _distance_along_columns(is_wall)
+    return _nearest_along_rows(columns, _nearest_in_columns(is_wall))
+
+
+@kernel
+def _nearest_in_columns(is_wall: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Return the row of the nearest wall of the same column; -1 if there is none."""
+    rows, cols = is_wall.shape
+    nearest = np.full((rows, cols), -1, np.int32)
+    for row in range(rows):
+        for col in range(cols):
+            if is_wall[row, col]:
+                nearest[row, col] = row
+            elif row > 0:
+                nearest[row, col] = nearest[row - 1, col]
+    for row in range(rows - 2, -1, -1):
+        for col in range(cols):
+            above, below = nearest[row + 1, col], nearest[row, col]
+            if above >= 0 and (below < 0 or abs(above - row) < row - below):
+                nearest[row, col] = above
+    return nearest
+
+
+@kernel
+def _nearest_along_rows(
+    columns: NDArray[np.float64], wall_rows: NDArray[np.int32]
+) -> NDArray[np.int32]:
+    """Return the nearest wall cells from what is nearest in each column, and how far that is."""
+    rows, cols = columns.shape
+    nearest = np.full((rows, cols, 2), -1, np.int32)
+    centres = np.empty(cols, np.int64)
+    starts = np.empty(cols + 1)
+    for row in range(rows):
+        count = _lower_envelope(columns[row], centres, starts)
+        parabola = 0
+        for col in range(cols if count else 0):
+            while parabola + 1 < count and starts[parabola + 1] < col:
+                parabola += 1
+            nearest[row, col, 0] = wall_rows[row, centres[parabola]]
+            nearest[row, col, 1] = centres[parabola]
+    return nearest
+
+
 @kernel
 def _distance_along_columns(is_wall: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Return in cells how far the nearest wall of the same column is; infinity if none."""
@@ -94,3 +142,4 @@ def _lower_envelope(
 def warm_up() -> None:
     """Compile the kernels for the types met in service."""
     distance_to_walls(np.ones((1, 1), bool), 1.0)
+    nearest_walls(np.ones((1, 1), bool))
