@@ -17,32 +17,57 @@ BAND_SIGMA_MAX = 0.025
 """Edges known worse cannot be told to be the two of one frame, m."""
 ALIKE = 3.0
 """Sigmas within which two places are the same."""
+FRAME, FRAME_ERROR = 0.07, 0.015
+"""Usual width of a frame and how far they differ from it, m."""
+SAME_JAMB = 0.03
+"""m between guesses that mean the same."""
+EDGE_WORTH, CLEARLY = 2.0, 0.7
+"""What an edge that a guess explains is worth, and by how much the best one must lead, in
+log-likelihood."""
 
 
-def sharpened(gap: Gap, places: NDArray[np.float64], sigmas: NDArray[np.float64]) -> Gap:
+def sharpened(gap: Gap, edges: Placed) -> Gap:
     """Return a gap with its jambs where the edges say, as far as there are edges at them."""
     return replace(
-        gap,
-        first=_sharpened(gap.first, places, sigmas),
-        second=_sharpened(gap.second, places, sigmas),
+        gap, first=_sharpened(gap.first, edges, -1.0), second=_sharpened(gap.second, edges, 1.0)
     )
 
 
-def _sharpened(jamb: Jamb, places: NDArray[np.float64], sigmas: NDArray[np.float64]) -> Jamb:
-    """Return a jamb fused with the edge that fits it best."""
-    variances = sigmas**2
-    off = np.abs(places - jamb.place) / np.sqrt(jamb.variance + variances)
-    if len(off) == 0 or off.min() > ALIKE:
+def _sharpened(jamb: Jamb, edges: Placed, outwards: float) -> Jamb:
+    """Return a jamb fused with the edges of its frame, unless it is doubtful which these are.
+
+    A frame has an inner edge at the jamb and an outer one. `outwards`: on which side of the jamb
+    it lies, by the sign of places along the wall.
+    """
+    reach = ALIKE * np.sqrt(jamb.variance) + FRAME
+    near = np.abs(edges[0] - jamb.place) < reach
+    places, variances = edges[0][near], edges[1][near] ** 2 + FRAME_ERROR**2
+    guesses = np.concatenate([places, places - outwards * FRAME])
+    if len(guesses) == 0:
         return jamb
-    best = int(np.argmin(off))
-    total = jamb.variance + float(variances[best])
-    gain = jamb.variance / total
-    place = jamb.place + gain * (float(places[best]) - jamb.place)
-    return Jamb(place, jamb.variance * float(variances[best]) / total)
+    off = (guesses - jamb.place) ** 2 / (jamb.variance + np.tile(variances, 2))
+    scores = _support(guesses, (places, variances), outwards) - 0.5 * off
+    best = int(np.argmax(scores))
+    rivals = scores[np.abs(guesses - guesses[best]) > SAME_JAMB]
+    if off[best] > ALIKE**2 or scores[best] - rivals.max(initial=-np.inf) < CLEARLY:
+        return jamb
+    gain = jamb.variance / (jamb.variance + np.tile(variances, 2)[best])
+    place = jamb.place + gain * (float(guesses[best]) - jamb.place)
+    return Jamb(place, (1.0 - gain) * jamb.variance)
+
+
+def _support(guesses: NDArray[np.float64], edges: Placed, outwards: float) -> NDArray[np.float64]:
+    """Return how many edges (places and variances) each guess (n,) of a jamb explains, 0 to 2."""
+    places, variances = edges
+    inner = (places - guesses[:, None]) ** 2 / variances
+    outer = (places - guesses[:, None] - outwards * FRAME) ** 2 / variances
+    fit = [np.exp(-0.5 * off).max(axis=1) for off in (inner, outer)]
+    support: NDArray[np.float64] = EDGE_WORTH * (fit[0] + fit[1])
+    return support
 
 
 def framed_doors(
-    met: Crossings, edges: Placed, on_wall: float, widths: tuple[tuple[float, float], ...]
+    met: Crossings, edges: Placed, on_wall: float, widths: tuple[float, float]
 ) -> list[Gap]:
     """Return closed doors flush with their wall: two frames at the right distance, wall between.
 
@@ -53,7 +78,7 @@ def framed_doors(
         gap
         for first, inner in bands
         for second, outer in bands
-        if any(low <= second.place - inner.place <= high for low, high in widths)
+        if widths[0] <= second.place - inner.place <= widths[1]
         and (gap := _between(met, inner, second, on_wall)) is not None
         and first.place < outer.place
     ]

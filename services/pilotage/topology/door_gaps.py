@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from pilotage.topology.door_walls import Crossings
 
+FEWEST = 5
+"""Beams that a wall with a gap needs: two at each jamb, one through the gap."""
 JAMB_BEAMS = 2
 """Beams of the first three beside a gap that must end on the wall: its jamb."""
 THINNEST_WALL = 0.10
@@ -15,6 +17,13 @@ NARROWEST = 0.4
 """m: narrower gaps are no way."""
 MOST = 0.75
 """Share of a leaf's beams that must agree; some end on a jamb, some come back from nowhere."""
+HALF, SOME = 0.5, 0.3
+"""Shares of the beams in an open gap that must go through it, and far beyond."""
+BESIDE_BEAMS, BESIDE_ERROR, BESIDE_DEPTH = 3, 0.04, 0.5
+"""So many beams next to a gap end within so much of its jamb, m, the first so near the wall, m:
+on a leaf that stands open before the wall, or on a side wall that the jamb is flush with."""
+HIDDEN = 0.5
+"""m of wall that may be hidden in one piece beside a gap; what is farther is another wall."""
 LEAF_ERROR = 0.03
 """m that beams on a leaf may lie off a straight line."""
 
@@ -32,24 +41,28 @@ class Gap:
     """A gap between two jambs.
 
     `depths` (k,) m beyond the wall at which its beams ended, at `places` (k,) along the wall.
+    `sides`: how much wall is seen before the first and after the second, m.
     """
 
     first: Jamb
     second: Jamb
     places: NDArray[np.float64]
     depths: NDArray[np.float64]
+    sides: tuple[float, float] = (np.inf, np.inf)
 
     @property
     def width(self) -> float:
         """Distance between its jambs, m."""
         return self.second.place - self.first.place
 
-    def is_open(self, depth: float) -> bool:
-        """Say whether most of its beams went on by `depth` m, the thickness of the wall and more.
+    def is_open(self, depth: float, room: float) -> bool:
+        """Say whether most of its beams went on by `depth` m, and some of them by `room` m.
 
-        Beams that meet the side of a jamb end earlier, those of a leaf all do.
+        Beams that meet the side of a jamb end earlier, those of a leaf all do, those of a niche or
+        of the wall behind two cupboards end before there is room to enter.
         """
-        return bool(np.mean(self.depths > depth) > 0.5)
+        through = np.mean(self.depths > depth) > HALF
+        return bool(through and np.mean(self.depths > room) > SOME and len(self.depths) > 2)
 
     def has_leaf(self, shallowest: float, deepest: float) -> bool:
         """Say whether its beams end on something straight, between these depths (m) on average.
@@ -74,12 +87,15 @@ class Gap:
 def gaps_in(met: Crossings, tolerance: float, widest: float) -> list[Gap]:
     """Return the gaps of at most `widest` m; a beam within `tolerance` m of the wall ended on it.
 
-    Beams that ended before the wall (people, furniture) tell nothing.
+    Other beams that ended before the wall (people, furniture) tell nothing.
     """
-    tells = met.depths > -tolerance
+    tells = (met.depths > -tolerance) | _beside_a_gap(met, tolerance)
     places, ended = met.places[tells], met.ended[tells]
     depths, steps = met.depths[tells], met.steps[tells]
+    if len(places) < FEWEST:
+        return []
     is_beyond = _without_strays(depths > tolerance)
+    before, after = _wall_beside(places, is_beyond)
     begins = np.flatnonzero(~is_beyond[:-1] & is_beyond[1:])
     ends = np.flatnonzero(is_beyond[:-1] & ~is_beyond[1:])
     gaps = []
@@ -93,10 +109,36 @@ def gaps_in(met: Crossings, tolerance: float, widest: float) -> list[Gap]:
         reached = np.concatenate([places[inside], ended[inside][shallow]])
         first = _jamb(ended[begin], float(reached.min()), steps[begin])
         second = _jamb(ended[end + 1], float(reached.max()), steps[end])
-        gap = Gap(first, second, places[begin + 1 : end + 1], depths[begin + 1 : end + 1])
+        sides = float(before[begin]), float(after[end + 1])
+        gap = Gap(first, second, places[inside], depths[inside], sides)
         if NARROWEST <= gap.width <= widest:
             gaps.append(gap)
     return gaps
+
+
+def _wall_beside(
+    places: NDArray[np.float64], is_beyond: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how much wall, m, leads up to each beam (n,) and on from it, without a break."""
+    follows = ~is_beyond[1:] & ~is_beyond[:-1] & (np.diff(places) < HIDDEN)
+    run = np.concatenate([[0], np.cumsum(~follows)])
+    _, starts, counts = np.unique(run, return_index=True, return_counts=True)
+    low, high = places[starts][run], places[starts + counts - 1][run]
+    return places - low, high - places
+
+
+def _beside_a_gap(met: Crossings, tolerance: float) -> NDArray[np.bool_]:
+    """Find beams (n,) that end before the wall, but on what begins at the jamb of a gap."""
+    beside = np.zeros(len(met.places), bool)
+    is_beyond = met.depths > tolerance
+    for along in (slice(None), slice(None, None, -1)):
+        beyond, ended = is_beyond[along], met.ended[along]
+        for last in np.flatnonzero(beyond[:-BESIDE_BEAMS] & ~beyond[1 : 1 - BESIDE_BEAMS]):
+            run = slice(last + 1, last + 1 + BESIDE_BEAMS)
+            starts_there = met.depths[along][last + 1] > -BESIDE_DEPTH
+            if starts_there and not beyond[run].any() and np.ptp(ended[run]) < BESIDE_ERROR:
+                beside[along][run] = True
+    return beside
 
 
 def _without_strays(is_beyond: NDArray[np.bool_]) -> NDArray[np.bool_]:

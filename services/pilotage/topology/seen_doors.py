@@ -34,10 +34,14 @@ class DoorParams:
     """Farther walls are seen too thinly."""
     least_wall: float = 0.6
     """Wall that must be seen beside a gap, in all."""
+    side: float = 0.5
+    """Of it on the better side of a gap, or on either side of one wider than a door."""
     on_wall: float = 0.04
     """A beam that ends this near a wall ended on it: four sigma of a laser's range."""
     open_depth: float = 0.35
     """Beams that go on this far beyond a wall are through it."""
+    room_depth: float = 0.9
+    """Some beams through an opening go on this far: there is room to enter."""
     deepest_leaf: float = 0.25
     """How far behind the face of a wall a closed leaf is looked for."""
     across_sigma: float = 0.05
@@ -69,9 +73,9 @@ def _on_wall(view: ScanView, wall: Wall, edges: SeenEdges | None, params: DoorPa
     gaps = gaps_in(met, params.on_wall, params.widest_passage)
     if edges is None:
         return _features(wall, gaps, params)
-    places, sigmas = edges_on(edges, wall, params.reach)
-    found = [sharpened(gap, places, sigmas) for gap in gaps]
-    flush = framed_doors(met, (places, sigmas), params.on_wall, params.widths)
+    placed = edges_on(edges, wall, params.reach)
+    found = [sharpened(gap, placed) for gap in gaps]
+    flush = framed_doors(met, placed, params.on_wall, params.widths[0])
     elsewhere = [one for one in flush if not any(_overlap(one, other) for other in found)]
     return _features(wall, [*found, *elsewhere], params)
 
@@ -96,8 +100,11 @@ def _kind(gap: Gap, params: DoorParams) -> int | None:
     """Return DOOR, PASSAGE, or None for a niche, a shadow or a gap seen too thinly."""
     if max(gap.first.variance, gap.second.variance) > params.jamb_sigma_max**2:
         return None
+    is_wide = gap.width > params.widths[0][1]
+    if (min if is_wide else max)(gap.sides) < params.side:
+        return None
     has_width = any(least <= gap.width <= most for least, most in params.widths)
-    if gap.is_open(params.open_depth):
+    if gap.is_open(params.open_depth, params.room_depth):
         return DOOR if has_width else PASSAGE
     if has_width and gap.has_leaf(-params.on_wall, params.deepest_leaf):
         return DOOR
