@@ -96,8 +96,9 @@ def _mouth(
     half = abs(float(apart @ (-outward[1], outward[0]))) / 2.0
     if not _goes_on(view, mouth, half, params.depth):
         return None
-    hits = view.directions * view.ranges[:, None]
-    beyond, aside = se2.transform_points(se2.inverse(mouth), hits[np.isfinite(view.ranges)]).T
+    is_hit = np.isfinite(view.ranges)
+    hits = view.directions[is_hit] * view.ranges[is_hit, None]
+    beyond, aside = se2.transform_points(se2.inverse(mouth), hits).T
     widens = [_widens(beyond, side * aside - half, params) for side in (1.0, -1.0)]
     return mouth if any(widens) else None
 
