@@ -1,4 +1,4 @@
-"""`pilotage topology`: a topological map from a finished map, as nav2_route reads it, and a picture."""
+"""`pilotage topology`: a topological map of a finished map, as nav2_route reads it, and drawn."""
 
 import json
 from dataclasses import dataclass

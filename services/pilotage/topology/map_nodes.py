@@ -31,8 +31,8 @@ class NodeParams:
 
     spacing: Spacing = "variable"
     distance: float = 4.0
-    """m between the nodes of equal spacing; variable spacing leaves no larger hole than twice
-    that."""
+    """m between the nodes of equal spacing; with variable spacing every place of the middle line
+    has a node within one and a half times that."""
     apart: float = 1.2
     """Nodes within a room keep so far from each other, m."""
     least_clearance: float = 0.3
@@ -59,8 +59,16 @@ class MiddleLine:
 
     def of_room(self, number: int) -> "MiddleLine":
         """Return the part in one room."""
-        inside = self.rooms == number
-        return MiddleLine(self.poses[inside], self.rooms[inside], self.clearance[inside])
+        return self._chosen(self.rooms == number)
+
+    def away_from(self, points: NDArray[np.float64], apart: float) -> "MiddleLine":
+        """Return the part that is `apart` m and more from all points (m, 2); all if none is."""
+        gaps = self.poses[:, None, :2] - points
+        far = (np.hypot(gaps[..., 0], gaps[..., 1]) >= apart).all(axis=1)
+        return self._chosen(far) if far.any() else self
+
+    def _chosen(self, which: NDArray[np.bool_]) -> "MiddleLine":
+        return MiddleLine(self.poses[which], self.rooms[which], self.clearance[which])
 
 
 def middle_line(space: Space, openings: Openings, least: float) -> MiddleLine:
@@ -84,7 +92,7 @@ def place_nodes(
     """Return where nodes stand: first in the openings, then room by room."""
     sites = [_in_opening(openings, i) for i in range(len(openings))]
     for number, room in rooms.items():
-        part = line.of_room(number)
+        part = line.of_room(number).away_from(_openings_of(openings, room), params.apart / 2.0)
         if len(part.poses):
             chosen = _in_room(part, _anchors(openings, room, corners), room, params)
             sites += [Site("node", part.poses[i], number) for i in chosen]
@@ -99,13 +107,19 @@ def _in_opening(openings: Openings, i: int) -> Site:
     return Site("door" if openings.is_door[i] else "passage", pose, opening=i)
 
 
+def _openings_of(openings: Openings, room: Room) -> NDArray[np.float64]:
+    """Return the middles (n, 2) of the openings of a room."""
+    beside = (openings.rooms == room.number).any(axis=1)
+    middles: NDArray[np.float64] = openings.chords.middles[beside]
+    return middles
+
+
 def _anchors(openings: Openings, room: Room, corners: Corners) -> NDArray[np.float64]:
     """Return the points (n, 2) that nodes of a room should stand near, the needful first.
 
     Before its openings; and in corridors at bends and mouths, where walls jut out.
     """
-    beside = (openings.rooms == room.number).any(axis=1)
-    before = openings.chords.middles[beside]
+    before = _openings_of(openings, room)
     if room.kind != "corridor":
         return before
     return np.concatenate([before, corners.poses[corners.convex, :2]])
@@ -115,13 +129,12 @@ def _in_room(
     line: MiddleLine, anchors: NDArray[np.float64], room: Room, params: NodeParams
 ) -> list[int]:
     """Return which places of a room's middle line become nodes."""
-    chosen: list[int] = []
-    if params.spacing == "variable":
-        chosen = _at_anchors(line, anchors, room, params.apart)
+    if params.spacing == "equal":
+        return _evenly(line, params.distance)
+    chosen = _at_anchors(line, anchors, room, params.apart)
     if not chosen or room.kind == "room":
         _add(line, chosen, int(np.argmax(line.clearance)), params.apart)
-    hole = params.distance * (2.0 if params.spacing == "variable" else 1.0)
-    return _filled(line, chosen, hole)
+    return _without_holes(line, chosen, 1.5 * params.distance)
 
 
 def _at_anchors(
@@ -132,7 +145,7 @@ def _at_anchors(
     openness = np.minimum(line.clearance, 0.95 * middle)
     chosen: list[int] = []
     for anchor in anchors:
-        away = np.hypot(*(line.poses[:, :2] - anchor).T)
+        away = _away(line, anchor)
         # Twice: a step from the opening to the middle of the room gains as much as it costs.
         nearest = int(np.argmin(away - 2.0 * openness))
         if away[nearest] <= 1.5 * middle + apart / 2.0:
@@ -142,19 +155,33 @@ def _at_anchors(
 
 def _add(line: MiddleLine, chosen: list[int], place: int, apart: float) -> None:
     """Choose a place unless another one stands near."""
-    away = np.hypot(*(line.poses[chosen, :2] - line.poses[place, :2]).T)
-    if np.all(away >= apart):
+    if np.all(_away(line, line.poses[place])[chosen] >= apart):
         chosen.append(place)
 
 
-def _filled(line: MiddleLine, chosen: list[int], hole: float) -> list[int]:
-    """Return the chosen places and the fewest more that leave none farther than half a hole, m."""
+def _without_holes(line: MiddleLine, chosen: list[int], hole: float) -> list[int]:
+    """Return the chosen places and a few more, so that none is farther than `hole` m from one."""
     away = np.full(len(line.poses), np.inf)
     for place in chosen:
-        away = np.minimum(away, np.hypot(*(line.poses[:, :2] - line.poses[place, :2]).T))
-    while away.max() > hole / 2.0 * 1.5:
+        away = np.minimum(away, _away(line, line.poses[place]))
+    while away.max() > hole:
         farthest = int(np.argmax(away))
         chosen.append(farthest)
-        step = np.hypot(*(line.poses[:, :2] - line.poses[farthest, :2]).T)
-        away = np.minimum(away, step)
+        away = np.minimum(away, _away(line, line.poses[farthest]))
     return chosen
+
+
+def _evenly(line: MiddleLine, distance: float) -> list[int]:
+    """Return places from one end of the line on, each `distance` m from those before it."""
+    chosen = [int(np.argmax(_away(line, line.poses[0])))]
+    away = _away(line, line.poses[chosen[0]])
+    while away.max() >= distance:
+        beyond = np.where(away >= distance, away, np.inf)
+        chosen.append(int(np.argmin(beyond)))
+        away = np.minimum(away, _away(line, line.poses[chosen[-1]]))
+    return chosen
+
+
+def _away(line: MiddleLine, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far (n,) the places of a line are from a point, m."""
+    return np.asarray(np.hypot(*(line.poses[:, :2] - point[:2]).T))

@@ -62,11 +62,11 @@ def find_openings(space: Space, chords: Chords, params: OpeningParams) -> Openin
     sides = _pieces_beside(space, chords, pieces)
     share = np.where(is_door, params.door_share, params.passage_share)
     pieces_to_rooms = _closed_rooms(sides, areas, (chords.widths / share, chords.salience), params)
-    numbers, room_of_piece = np.unique(pieces_to_rooms, return_inverse=True)
+    # Piece 0 is what is not free: it comes first, and so it stays 0.
+    _, room_of_piece = np.unique(pieces_to_rooms, return_inverse=True)
     rooms = room_of_piece[sides]
     keep = (rooms[:, 0] != rooms[:, 1]) & (rooms > 0).all(axis=1)
     labels = np.asarray(room_of_piece, np.int32)[pieces]
-    assert numbers[0] == 0  # noqa: S101 - what is no room stays none
     return Openings(chords.chosen(keep), is_door[keep], rooms[keep], labels)
 
 
@@ -116,7 +116,8 @@ def _pieces_between(space: Space, chords: Chords) -> tuple[NDArray[np.int32], ND
         cells = space.geometry.cells_of(np.stack([first, second]))[:, ::-1]
         cv2.line(cut, cells[0].tolist(), cells[1].tolist(), (0,), thickness=2)
     _, pieces, sizes, _ = cv2.connectedComponentsWithStats(cut, connectivity=4)
-    return pieces.astype(np.int32), sizes[:, cv2.CC_STAT_AREA] * space.resolution**2
+    areas = sizes[:, cv2.CC_STAT_AREA].astype(float) * space.resolution**2
+    return np.asarray(pieces, np.int32), areas
 
 
 def _pieces_beside(space: Space, chords: Chords, pieces: NDArray[np.int32]) -> NDArray[np.int64]:
@@ -145,6 +146,7 @@ def _closed_rooms(
         areas: of the pieces (m,), m^2.
         claims: how wide (n,) a square of the smaller room's area must be for each chord, m; and
             the salience of each chord, by which those of a niche are taken away.
+        params: how large a room is at least.
     """
     needed, salience = claims
     room_of = np.arange(len(areas))
