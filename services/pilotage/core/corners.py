@@ -4,9 +4,15 @@ Eq. 1 is printed as `| |arctan(..) - arctan(..) - 90| < e_theta`: arctangents of
 difference jumps by 180 degrees where a wall turns through the vertical. Meant is the angle
 between the two walls, each looked at from the corner; it is measured here by wrapped directions,
 so that 90 and -90 degrees both count and no orientation of the building is special.
+
+Eq. 3 takes the middle between the near ends for the corner, "because e_d is small". A laser's
+lines stop up to a beam's spacing short of the corner, so that middle lies inside the room: by
+43 mm rms in simulated rooms (0.5 degrees, 1 cm), where the crossing of the two lines errs by
+2 mm. The crossing is therefore the tip, unless eq. 3 is asked for.
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +30,8 @@ class CornerParams:
     """rad, e_theta: how far from perpendicular the walls may be (eq. 1)."""
     most_apart: float = 0.3
     """m, e_d: how far apart the near ends may lie (eq. 2)."""
+    tip: Literal["crossing", "mean of ends"] = "crossing"
+    """Where the corner is said to be; "mean of ends" is eq. 3 to the letter."""
 
 
 @dataclass(frozen=True)
@@ -52,13 +60,12 @@ def find_corners(lines: Lines, params: CornerParams = CornerParams()) -> Corners
     other begins; the two faces of the end of a thin wall are no corner with each other.
     """
     pairs = _pairs(lines, params)
-    ends = lines.ends[pairs[:, 0], 1], lines.ends[pairs[:, 1], 0]
     inward = _normals(lines, pairs[:, 0]) + _normals(lines, pairs[:, 1])
     outward = _away(lines, pairs[:, 0], 1) + _away(lines, pairs[:, 1], 0)
-    tips = (ends[0] + ends[1]) / 2.0
+    tips, covariances = (_crossings if params.tip == "crossing" else _means)(lines, pairs)
     poses = np.column_stack([tips, wrap(np.arctan2(inward[:, 1], inward[:, 0]))])
     convex = np.sum(inward * outward, axis=1) < 0.0
-    return Corners(poses, _covariances(lines, pairs), convex, pairs)
+    return Corners(poses, covariances, convex, pairs)
 
 
 def _pairs(lines: Lines, params: CornerParams) -> NDArray[np.int64]:
@@ -85,29 +92,47 @@ def _away(lines: Lines, which: NDArray[np.int64], end: int) -> NDArray[np.float6
     return unit
 
 
-def _covariances(lines: Lines, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the covariances (k, 2, 2) of the means of two near ends.
+def _crossings(
+    lines: Lines, pairs: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where the walls cross (k, 2), and the covariances (k, 2, 2)."""
+    if len(pairs) == 0:
+        return np.empty((0, 2)), np.empty((0, 2, 2))
+    normals = np.stack([_normals(lines, which) for which in pairs.T], axis=1)
+    unmixed = np.linalg.inv(normals)
+    tips = (unmixed @ lines.polar[pairs, 1][:, :, None])[:, :, 0]
+    variances = np.stack([_variances_at(lines, which, tips) for which in pairs.T], axis=1)
+    covariances: NDArray[np.float64] = (unmixed * variances[:, None]) @ unmixed.transpose(0, 2, 1)
+    return tips, covariances
 
-    Across its wall an end is as uncertain as the line there; along it, it may lie anywhere
-    within the gap between the two.
+
+def _means(
+    lines: Lines, pairs: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the middles between the near ends (k, 2), and the covariances (k, 2, 2).
+
+    Across its wall an end is as uncertain as the line there; along it, it may stop short of the
+    corner by as much as the other end lies ahead.
     """
+    ends = lines.ends[pairs[:, 0], 1], lines.ends[pairs[:, 1], 0]
     total = np.zeros((len(pairs), 2, 2))
-    apart = lines.ends[pairs[:, 0], 1] - lines.ends[pairs[:, 1], 0]
-    for which, end in ((pairs[:, 0], 1), (pairs[:, 1], 0)):
+    for which, end in zip(pairs.T, ends, strict=True):
         normals = _normals(lines, which)
-        along = np.column_stack([normals[:, 1], -normals[:, 0]])
-        reach = np.sum(apart * along, axis=1)
+        along = np.column_stack([-normals[:, 1], normals[:, 0]])
+        short = np.sum((ends[0] - ends[1]) * along, axis=1)
         across = _variances_at(lines, which, end)
         total += across[:, None, None] * normals[:, :, None] * normals[:, None]
-        total += (reach**2 / 12.0)[:, None, None] * along[:, :, None] * along[:, None]
-    return total / 4.0
+        total += (short**2)[:, None, None] * along[:, :, None] * along[:, None]
+    return (ends[0] + ends[1]) / 2.0, total / 4.0
 
 
-def _variances_at(lines: Lines, which: NDArray[np.int64], end: int) -> NDArray[np.float64]:
-    """Return the variances (k,) of the lines along their normals at an end, m^2."""
+def _variances_at(
+    lines: Lines, which: NDArray[np.int64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the variances (k,) of lines along their normals at points (k, 2), m^2."""
     normals = _normals(lines, which)
     along = np.column_stack([-normals[:, 1], normals[:, 0]])
-    places = np.sum(lines.ends[which, end] * along, axis=1)
+    places = np.sum(points * along, axis=1)
     # A point of the line at place s moves by d rho - s d alpha along the normal.
     jacobian = np.stack([-places, np.ones(len(places))], axis=1)
     variances: NDArray[np.float64] = np.einsum(
