@@ -66,6 +66,28 @@ export function lengthOf(points) {
   return sum;
 }
 
+/** The fewest of the points from which a line strays no farther than `within` m from them all. */
+export function simplified(points, within) {
+  if (points.length < 3) return points;
+  const [first, last] = [points[0], points.at(-1)];
+  let [worst, far] = [0, within];
+  for (let i = 1; i < points.length - 1; i++) {
+    const away = farFrom(first, last, points[i]);
+    if (away > far) [worst, far] = [i, away];
+  }
+  if (worst === 0) return [first, last];
+  const before = simplified(points.slice(0, worst + 1), within);
+  return [...before.slice(0, -1), ...simplified(points.slice(worst), within)];
+}
+
+/** How far a point lies from the piece of line from `a` to `b`. */
+function farFrom([ax, ay], [bx, by], [x, y]) {
+  const [dx, dy] = [bx - ax, by - ay];
+  const square = dx * dx + dy * dy;
+  const u = square ? Math.max(0, Math.min(1, ((x - ax) * dx + (y - ay) * dy) / square)) : 0;
+  return Math.hypot(x - ax - u * dx, y - ay - u * dy);
+}
+
 /** What a node is called. */
 export const nameOf = (node) => node.name || `Place ${node.id}`;
 
@@ -81,19 +103,25 @@ export function distinct(features) {
   const cells = new Map();
   const kept = [];
   for (const feature of features) {
-    const [col, row] = [feature.pose.x, feature.pose.y].map((value) => Math.floor(value / SAME_M));
-    const near = around(col, row).flatMap((key) => cells.get(key) ?? []);
-    if (near.some((other) => isSame(other, feature))) continue;
+    const [col, row] = [Math.floor(feature.pose.x / SAME_M), Math.floor(feature.pose.y / SAME_M)];
+    if (hasAlike(cells, col, row, feature)) continue;
     kept.push(feature);
-    const key = `${col} ${row}`;
-    cells.set(key, [...(cells.get(key) ?? []), feature]);
+    const key = keyOf(col, row);
+    if (cells.has(key)) cells.get(key).push(feature);
+    else cells.set(key, [feature]);
   }
   return kept;
 }
 
-function around(col, row) {
-  const steps = [-1, 0, 1];
-  return steps.flatMap((dx) => steps.map((dy) => `${col + dx} ${row + dy}`));
+const keyOf = (col, row) => col * 2 ** 26 + row;
+
+function hasAlike(cells, col, row, feature) {
+  for (let c = col - 1; c <= col + 1; c++) {
+    for (let r = row - 1; r <= row + 1; r++) {
+      if (cells.get(keyOf(c, r))?.some((other) => isSame(other, feature))) return true;
+    }
+  }
+  return false;
 }
 
 function isSame(a, b) {

@@ -1,9 +1,10 @@
 // The topological map: ways, doors and corners, places. Drawn once per view and laid over the map.
 //
 // Ways are kept as one path per tile of the map, so that thousands cost no more than what is in
-// view; of places that would lie on each other, one is drawn.
+// view, and for views from afar with fewer points; of places that would lie on each other, one is
+// drawn.
 
-import { nameOf } from "../graph.js";
+import { nameOf, simplified } from "../graph.js";
 import { traceFeatures } from "./features.js";
 
 const TILE_M = 20;
@@ -13,21 +14,23 @@ const RADIUS = 5;
 const STROKE = 2;
 const ROOM_PX = 13;
 const NAMES_FROM = 24;
+const ROUND_FROM = 20;
+const STRAY_M = 0.08;
 const MOST_NAMES = 120;
 
 export class GraphLayer {
   constructor() {
     this.graph = this.baked = null;
-    this.tiles = [];
+    this.tiles = this.coarse = [];
     this.bakedFor = "";
     this.placed = [];
-    this.count = 0;
   }
 
   /** Takes a Graph, or null. */
   take(graph) {
     this.graph = graph;
-    this.tiles = graph ? tilesOf(graph.edges) : [];
+    this.tiles = graph ? tilesOf(graph.edges.map(({ way }) => way)) : [];
+    this.coarse = graph ? tilesOf(graph.edges.map(({ way }) => simplified(way, STRAY_M))) : [];
     this.placed = [];
     this.forget();
   }
@@ -109,7 +112,9 @@ export class GraphLayer {
     context.globalAlpha = 1;
     context.clearRect(0, 0, width, height);
     context.strokeStyle = palette.graph;
-    context.lineJoin = context.lineCap = "round";
+    // Round joints cost most of the time, and from afar nobody sees them.
+    context.lineJoin = view.scale < ROUND_FROM ? "bevel" : "round";
+    context.lineCap = view.scale < ROUND_FROM ? "butt" : "round";
     this.bakeWays(context, view, ratio);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.bakeFeatures(context, view);
@@ -126,12 +131,14 @@ export class GraphLayer {
     view.applyTo(context, ratio);
     const seen = boxInView(view);
     context.lineWidth = EDGE / view.scale;
-    for (const { path, box } of this.tiles) if (overlap(box, seen)) context.stroke(path);
+    const tiles = view.scale < ROUND_FROM ? this.coarse : this.tiles;
+    for (const { path, box } of tiles) if (overlap(box, seen)) context.stroke(path);
   }
 
   bakeFeatures(context, view) {
     const [solid, dotted] = [new Path2D(), new Path2D()];
     traceFeatures(solid, dotted, view, this.graph.features, (at) => isInside(at, view.size));
+    context.lineJoin = context.lineCap = "round";
     context.lineWidth = 1.5;
     context.stroke(solid);
     context.setLineDash([0.1, 4]);
@@ -152,9 +159,9 @@ export class GraphLayer {
 }
 
 /** One path for the ways whose middle lies in the same tile, with the box that they fill. */
-function tilesOf(edges) {
+function tilesOf(ways) {
   const tiles = new Map();
-  for (const { way } of edges) {
+  for (const way of ways) {
     const [x, y] = way[way.length >> 1];
     const key = `${Math.floor(x / TILE_M)} ${Math.floor(y / TILE_M)}`;
     if (!tiles.has(key)) {
