@@ -21,6 +21,8 @@ from pilotage.topology.topological_map import NodeKind
 
 Spacing = Literal["variable", "equal"]
 
+OPEN = 0.7
+"""Share of the usual distance from walls at which a place is no niche."""
 A_STEP = 1.2
 """m that the node before an opening stands from it in a place too wide to have a middle."""
 
@@ -64,7 +66,7 @@ class MiddleLine:
     def away_from(self, points: NDArray[np.float64], apart: float) -> "MiddleLine":
         """Return the part that is `apart` m and more from all points (m, 2); all if none is."""
         gaps = self.poses[:, None, :2] - points
-        far = (np.hypot(gaps[..., 0], gaps[..., 1]) >= apart).all(axis=1)
+        far = np.asarray((np.hypot(gaps[..., 0], gaps[..., 1]) >= apart).all(axis=1))
         return self._chosen(far) if far.any() else self
 
     def _chosen(self, which: NDArray[np.bool_]) -> "MiddleLine":
@@ -160,8 +162,12 @@ def _add(line: MiddleLine, chosen: list[int], place: int, apart: float) -> None:
 
 
 def _without_holes(line: MiddleLine, chosen: list[int], hole: float) -> list[int]:
-    """Return the chosen places and a few more, so that none is farther than `hole` m from one."""
-    away = np.full(len(line.poses), np.inf)
+    """Return the chosen places and a few more, so that no open one is farther than `hole` m.
+
+    Open ones are no narrower than most of the line is: nothing needs a node in a niche.
+    """
+    is_open = line.clearance >= OPEN * np.median(line.clearance)
+    away = np.where(is_open, np.inf, 0.0)
     for place in chosen:
         away = np.minimum(away, _away(line, line.poses[place]))
     while away.max() > hole:

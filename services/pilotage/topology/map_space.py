@@ -19,6 +19,10 @@ class SpaceParams:
 
     least_island: float = 1.5
     """Occupied or unknown pieces smaller than this across, m, are furniture or dust."""
+    largest_furniture: float = 4.0
+    """m: what stands alone and is smaller across is furniture too,"""
+    thickest_pier: float = 0.5
+    """if it is thicker than a piece of wall between two doors, m."""
     least_gap: float = 0.5
     """Free strips narrower than this, m, are rays that went through glass or past a jamb."""
     least_area: float = 4.0
@@ -59,7 +63,7 @@ class Space:
 def space_of(world: OccupancyMap, params: SpaceParams) -> Space:
     """Return the space of a building from its map."""
     geometry, free = _walled_in(world)
-    free = _without_islands(free, params.least_island / geometry.resolution)
+    free = _without_islands(free, geometry.resolution, params)
     free = _without_slits(free, params.least_gap / 2.0, geometry.resolution)
     free = _without_patches(free, params.least_area / geometry.resolution**2)
     return Space(geometry, free)
@@ -79,12 +83,16 @@ def _walled_in(world: OccupancyMap) -> tuple[GridGeometry, Mask]:
     return geometry, np.pad(world.is_free, 1)
 
 
-def _without_islands(free: Mask, least: float) -> Mask:
-    """Return the free cells with what stands alone and is less than `least` cells across."""
-    _, labels, sizes = _pieces(~free, 8)
-    small = np.hypot(sizes[:, cv2.CC_STAT_WIDTH], sizes[:, cv2.CC_STAT_HEIGHT]) < least
-    small[0] = False
-    return free | small[labels]
+def _without_islands(free: Mask, resolution: float, params: SpaceParams) -> Mask:
+    """Return the free cells with dust and furniture that stand alone among them."""
+    count, labels, sizes = _pieces(~free, 8)
+    across = np.hypot(sizes[:, cv2.CC_STAT_WIDTH], sizes[:, cv2.CC_STAT_HEIGHT]) * resolution
+    depth = np.zeros(count)
+    np.maximum.at(depth, labels.ravel(), distance_to_walls(free, resolution).ravel())
+    is_solid = 2.0 * depth > params.thickest_pier
+    island = (across < params.least_island) | (is_solid & (across < params.largest_furniture))
+    island[0] = False
+    return free | island[labels]
 
 
 def _without_slits(free: Mask, radius: float, resolution: float) -> Mask:
