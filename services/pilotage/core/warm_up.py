@@ -27,6 +27,7 @@ WARM_UPS = [
     "pilotage.planner.map_potential:warm_up",
     "pilotage.planner.landmark_sight:warm_up",
     "pilotage.planner.path_kernels:warm_up",
+    "pilotage.topology.warm_up:warm_up",
 ]
 """`module:function`, by name because core lies below the services and may not import them."""
 

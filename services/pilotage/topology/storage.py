@@ -4,6 +4,8 @@ A map is one GeoJSON file, `topologies/NAME.geojson`, which other programs can r
 it is replaced as a whole. The library lies beside the mapper's library of maps.
 """
 
+import hashlib
+import io
 import json
 import re
 from collections.abc import Callable, Iterator
@@ -11,12 +13,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pilotage.core.whole_files import write_whole
+from pilotage.topology.drive import Arrays
 from pilotage.topology.floors import Floor, Link
 from pilotage.topology.geojson import floor_from_geojson, floor_to_geojson
 from pilotage.topology.strict_json import JsonError
 
 SUFFIX = ".geojson"
+DRIVE_FILE = "topology.drive"
 RUN_FILE = f"topology{SUFFIX}"
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
@@ -164,7 +170,10 @@ class TopologyLibrary:
 
 
 class RunFolder:
-    """Keeps the map in use for a restart. Faults are told to `warn`: they cost the memory only."""
+    """Keeps the map in use, and the drive that one grows by, for a restart.
+
+    Faults are told to `warn`: they cost the memory only. Without a folder nothing is kept.
+    """
 
     def __init__(self, folder: Path | None, warn: Callable[[str], None]) -> None:
         self._folder = folder
@@ -188,6 +197,46 @@ class RunFolder:
         except (OSError, JsonError) as error:
             self._warn(f"{RUN_FILE} is ignored: {error}")
             return None
+
+    def save_drive(self, arrays: Arrays) -> None:
+        """Keep a drive in place of the last one."""
+        if self._folder is None:
+            return
+        made = io.BytesIO()
+        # mypy takes the names of the arrays for np.savez's own options.
+        np.savez(made, **arrays)  # type: ignore[arg-type]
+        content = made.getvalue()
+        try:
+            write_whole(self._folder, {DRIVE_FILE: hashlib.sha256(content).digest() + content})
+        except OSError as error:
+            self._warn(f"not kept: {error.strerror or error}")
+
+    def load_drive(self) -> Arrays | None:
+        """Return the drive that was kept, None if there is none or if it is damaged."""
+        try:
+            whole = None if self._folder is None else (self._folder / DRIVE_FILE).read_bytes()
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            self._warn(f"{DRIVE_FILE} is ignored: {error.strerror}")
+            return None
+        if whole is None:
+            return None
+        length = hashlib.sha256().digest_size
+        if hashlib.sha256(whole[length:]).digest() != whole[:length]:
+            self._warn(f"{DRIVE_FILE} is ignored: it is damaged")
+            return None
+        with np.load(io.BytesIO(whole[length:]), allow_pickle=False) as kept:
+            return {name: kept[name] for name in kept.files}
+
+    def forget_drive(self) -> None:
+        """Keep no drive."""
+        if self._folder is None:
+            return
+        try:
+            (self._folder / DRIVE_FILE).unlink(missing_ok=True)
+        except OSError as error:
+            self._warn(f"not forgotten: {error.strerror}")
 
 
 def packed(floor: Floor) -> bytes:
