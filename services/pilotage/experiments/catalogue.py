@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 from pilotage.experiments import (
     corridor,
+    hybrid_dynamic,
+    hybrid_static,
     kidnap,
     narrow_opening,
     robocup,
@@ -78,5 +80,17 @@ CATALOGUE = {
         "Liu et al. 2008, figures 3 and 4",
         100,
         similar_rooms.conduct,
+    ),
+    "hybrid-static": Experiment(
+        "walls tracked in a corridor with doors, corrected at its nodes: pairs matched a cycle",
+        "Zhuang et al. 2005, figures 4a and 4b",
+        20,
+        hybrid_static.conduct,
+    ),
+    "hybrid-dynamic": Experiment(
+        "the same among people, pushed aside on the way: lost, and found again at the next node",
+        "Zhuang et al. 2005, figures 4c and 4d",
+        20,
+        hybrid_dynamic.conduct,
     ),
 }
