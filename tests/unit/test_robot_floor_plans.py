@@ -7,12 +7,17 @@ import pytest
 
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.map_files import load_map
+from pilotage.robot.simulator.corridor_plan import corridor_floor
 from pilotage.robot.simulator.draw_worlds import write_map
 from pilotage.robot.simulator.floor_canvas import FloorCanvas, Room
 from pilotage.robot.simulator.floor_plans import office_floor, office_rooms, square_hall
 from pilotage.robot.simulator.walls import Walls
 
-MAPS = {"hall_map.yaml": square_hall, "office_map.yaml": office_floor}
+MAPS = {
+    "hall_map.yaml": square_hall,
+    "office_map.yaml": office_floor,
+    "corridor_map.yaml": corridor_floor,
+}
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,8 @@ from pilotage.topology.scan_view import ScanView
 SAME_DIRECTION = float(np.cos(np.deg2rad(6.0)))
 SAME_WALL = 0.06
 """m that the ends of lines of one wall may lie off it."""
+DEEPEST_LEAF = 0.25
+"""m behind the face of a wall."""
 STEEPEST = float(np.sin(np.deg2rad(4.0)))
 """Beams more grazing than this say nothing about a wall."""
 
@@ -56,16 +58,24 @@ class Crossings:
 def walls_of(view: ScanView, least_support: float) -> list[Wall]:
     """Return the walls of a scan, the longest first: lines that continue each other are one.
 
-    `least_support` m of seen wall in all.
+    `least_support` m of seen wall in all. What lies a little behind a longer one is no wall, but
+    the leaves of its doors.
     """
     left = view.lines.chosen(np.argsort(-view.lines.lengths))
-    walls = []
+    walls: list[Wall] = []
     while len(left):
         belongs = _continues(left, 0)
         own, left = left.chosen(belongs), left.chosen(~belongs)
-        if own.lengths.sum() >= least_support:
-            walls.append(_fitted(own))
+        wall = _fitted(own)
+        if own.lengths.sum() >= least_support and not any(_is_leaf(wall, other) for other in walls):
+            walls.append(wall)
     return walls
+
+
+def _is_leaf(wall: Wall, other: Wall) -> bool:
+    """Say whether a wall lies behind a longer one as a leaf would."""
+    behind = other.rho - wall.rho
+    return bool(wall.normal @ other.normal > SAME_DIRECTION and 0.0 < behind < DEEPEST_LEAF)
 
 
 def _continues(lines: Lines, which: int) -> NDArray[np.bool_]:

@@ -26,7 +26,7 @@ DOOR, PASSAGE = KINDS.index("door"), KINDS.index("passage")
 class DoorParams:
     """What counts as a door; lengths in m."""
 
-    widths: tuple[tuple[float, float], ...] = ((0.6, 1.35), (1.6, 2.05))
+    widths: tuple[tuple[float, float], ...] = ((0.6, 1.3), (1.6, 2.05))
     """Least and greatest width of a door, and of a double door."""
     widest_passage: float = 3.5
     """Wider openings are rooms."""
@@ -44,6 +44,8 @@ class DoorParams:
     """Some beams through an opening go on this far: there is room to enter."""
     deepest_leaf: float = 0.25
     """How far behind the face of a wall a closed leaf is looked for."""
+    along_sigma: float = 0.01
+    """How far jambs are rounded, bowed and out of plumb."""
     across_sigma: float = 0.05
     """How far the middle of a door lies behind the face of its wall is not seen."""
     jamb_sigma_max: float = 0.12
@@ -112,7 +114,7 @@ def _kind(gap: Gap, params: DoorParams) -> int | None:
 
 
 def _covariance(wall: Wall, gap: Gap, params: DoorParams) -> NDArray[np.float64]:
-    along = (gap.first.variance + gap.second.variance) / 4.0
+    along = (gap.first.variance + gap.second.variance) / 4.0 + params.along_sigma**2
     across = wall.sigma**2 + params.across_sigma**2
     return along * np.outer(wall.tangent, wall.tangent) + across * np.outer(
         wall.normal, wall.normal
