@@ -1,10 +1,13 @@
 """Features of a corridor with doors, and what a robot in it sees of them."""
 
+from itertools import pairwise
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.topology.features import KINDS, FeatureKind, Features
+from pilotage.topology.topological_map import Edge, Node, TopologicalMap
 
 SIGMA_PLACE, SIGMA_TURN = 0.03, 0.05
 """m and rad by which each feature is seen wrongly."""
@@ -72,3 +75,32 @@ def seen_from(
     flips = np.where(kept.kinds != 0, rng.integers(0, 2, len(kept)) * np.pi, 0.0)
     poses[:, 2] = (poses[:, 2] + flips + np.pi) % (2.0 * np.pi) - np.pi
     return Features(kept.kinds, poses, kept.widths, spread)
+
+
+def corridor_map(world: Features, nodes: list[float], reach: float = 5.0) -> TopologicalMap:
+    """Return nodes along y = 0 at these x, each bound to the features within `reach` m of it."""
+    placed = [
+        Node(k, "node", f"node {k}", np.array([x, 0.0, 0.0]), world.chosen(_near(world, x, reach)))
+        for k, x in enumerate(nodes)
+    ]
+    edges = [
+        Edge(len(nodes) + k, k, k + 1, "corridor", b - a, np.array([[a, 0.0], [b, 0.0]]))
+        for k, (a, b) in enumerate(pairwise(nodes))
+    ]
+    return TopologicalMap("corridor", tuple(placed), tuple(edges))
+
+
+def _near(world: Features, x: float, reach: float) -> NDArray[np.bool_]:
+    near: NDArray[np.bool_] = np.abs(world.poses[:, 0] - x) <= reach
+    return near
+
+
+def long_corridor() -> Features:
+    """Return a corridor of 30 m along x with doors of two widths at uneven distances."""
+    left = [1.2, 3.0, 7.1, 9.2, 13.5, 15.1, 19.0, 22.6, 24.1, 28.0]
+    right = [2.2, 5.9, 8.0, 11.7, 14.2, 18.1, 20.9, 23.4, 27.2]
+    doors = [door(x, 1.0, width=0.9 + 0.4 * (k % 3 == 0)) for k, x in enumerate(left)]
+    doors += [door(x, -1.0, width=0.9 + 0.4 * (k % 4 == 1)) for k, x in enumerate(right)]
+    ends = [corner(0.0, 1.0, -np.pi / 4.0), corner(0.0, -1.0, np.pi / 4.0)]
+    ends += [corner(30.0, 1.0, -3.0 * np.pi / 4.0), corner(30.0, -1.0, 3.0 * np.pi / 4.0)]
+    return Features.joined([*doors, *ends])
