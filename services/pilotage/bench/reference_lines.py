@@ -143,6 +143,9 @@ class _Twin:
             one, two = settled[i], settled[i + 1]
             if len(one) < 3 or len(two) < 3:
                 continue
+            far = self._distance(self._wall(one), self._wall(two), self.scan[two[0]])
+            if far <= self.params.merge_chi2 or self._breaks(one[-1], two[0]):
+                continue
             both, border = one + two, len(one)
             beams = self.scan[both]
             worse = self._wall(one).misfits(beams) - self._wall(two).misfits(beams)
@@ -159,24 +162,40 @@ class _Twin:
         count = len(pieces)
         walls = {i: list(piece) for i, piece in enumerate(pieces) if len(piece) > 1}
         for i in range(count):
+            reached = i
             for j in range(i + 1, count):
-                near = j - i <= FRAGMENTS or i + count - j <= FRAGMENTS
-                if near and i in walls and j in walls and self._is_one(walls[i], walls[j]):
+                near = j - reached <= FRAGMENTS or i + count - j <= FRAGMENTS
+                if not (near and i in walls and j in walls):
+                    continue
+                if self._is_one(walls[i], walls[j], (pieces[i], pieces[j])):
                     way = self._goes_on(walls[i], walls[j])
                     if way > 0:
-                        walls[i] = walls[i] + walls.pop(j)
+                        walls[i], reached = walls[i] + walls.pop(j), j
                     elif way < 0:
                         walls[i] = walls.pop(j) + walls[i]
         return list(walls.values())
 
-    def _is_one(self, one: list[int], two: list[int]) -> bool:
-        (line, covariance), (other, spread) = self._wall(one).fit, self._wall(two).fit
-        off = other - line
-        off[0] = wrap(float(off[0]))
-        if off @ np.linalg.solve(covariance + spread, off) > self.params.merge_chi2:
+    def _is_one(self, one: list[int], two: list[int], cores: tuple[list[int], list[int]]) -> bool:
+        """Say whether two walls are one; `cores` are the pieces that they began as."""
+        first, second = self._wall(one), self._wall(two)
+        unsure = cores[0] if first.fit[1][0, 0] > second.fit[1][0, 0] else cores[1]
+        middle = self.scan[unsure[(len(unsure) - 1) // 2]]
+        if self._distance(first, second, middle) > self.params.merge_chi2:
             return False
         together = self._wall(one + two)
         return bool(together.misfits(together.beams).max() <= self.params.split_sigmas**2)
+
+    @staticmethod
+    def _distance(one: _Wall, two: _Wall, beam: NDArray[np.float64]) -> float:
+        """Return the squared Mahalanobis distance of two lines as they pass a beam's end."""
+        off, spread = np.zeros(2), np.zeros((2, 2))
+        for sign, (line, covariance) in ((1.0, one.fit), (-1.0, two.fit)):
+            cos, sin = np.cos(beam[0] - line[0]), np.sin(beam[0] - line[0])
+            to_here = np.array([[1.0, 0.0], [-beam[1] * sin, 1.0]])
+            off += sign * np.array([line[0], line[1] - beam[1] * cos])
+            spread += to_here @ covariance @ to_here.T
+        off[0] = wrap(float(off[0]))
+        return float(off @ np.linalg.solve(spread, off))
 
     def _goes_on(self, wall_hits: list[int], piece: list[int]) -> int:
         """Say whether a piece goes on beyond the end (1) or before the start (-1) of a wall."""

@@ -99,7 +99,7 @@ def find_walls(
     """
     beams = scan[hits]
     pieces = split_scan(beams, rules)
-    refine_borders(beams, pieces, rules.noise)
+    refine_borders(beams, pieces, rules)
     owner = merge_pieces(scan, hits, pieces, rules)
     walls = np.empty((len(pieces), 7))
     found = 0

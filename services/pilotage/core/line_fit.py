@@ -131,3 +131,26 @@ def misfit(beams: NDArray[np.float64], line: Fit, noise: BeamNoise) -> tuple[flo
 def place_along(beam: NDArray[np.float64], alpha: float) -> float:
     """Return where a beam (3,) ends along a line, m to the left of the foot of its normal."""
     return float(beam[2] * (math.cos(alpha) * beam[1] - math.sin(alpha) * beam[0]))
+
+
+@kernel
+def mahalanobis(one: Fit, two: Fit, beam: NDArray[np.float64]) -> float:
+    """Return the squared distance of two lines measured by both their covariances.
+
+    They are compared by their directions and by where they pass the end of a beam (3,) on the
+    one that is known worse: its distance from the far laser does not follow its direction
+    linearly.
+    """
+    turn = (two.alpha - one.alpha + math.pi) % (2.0 * math.pi) - math.pi
+    beyond, var_alpha, cov, var_beyond = 0.0, 0.0, 0.0, 0.0
+    for line, sign in ((one, 1.0), (two, -1.0)):
+        normal, along = normal_of(line), place_along(beam, line.alpha)
+        depth = beam[2] * (normal[0] * beam[0] + normal[1] * beam[1])
+        beyond += sign * (line.distance - depth)
+        var_alpha += line.var_alpha
+        cov += line.cov - along * line.var_alpha
+        var_beyond += line.var_distance - 2.0 * along * line.cov + along**2 * line.var_alpha
+    determinant = var_alpha * var_beyond - cov * cov
+    # `beyond` is the first line's less the second's, `turn` the second's less the first's.
+    weighed = turn**2 * var_beyond + 2.0 * turn * beyond * cov + beyond**2 * var_alpha
+    return float(weighed / determinant) if determinant > 0.0 else math.inf

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
-from pilotage.core.line_fit import BeamNoise, Fit, fit_line, misfit
+from pilotage.core.line_fit import BeamNoise, Fit, fit_line, mahalanobis, misfit
 from pilotage.core.line_splitting import FRAGMENTS, Straightness, distance_along, widest_opening
 
 NOBODY = -1
@@ -39,14 +39,17 @@ def merge_pieces(
     # Pieces of one beam are never asked for theirs.
     fits = [_fit_of(beams, piece, rules.noise) for piece in pieces]
     for i in range(count):
+        reached = i
         for j in range(i + 1, count):
             # Ahead, or back over the seam where the scan begins and ends.
-            if j - i > FRAGMENTS and i + count - j > FRAGMENTS:
+            if j - reached > FRAGMENTS and i + count - j > FRAGMENTS:
                 continue
             if owner[pieces[i, 0]] != i or owner[pieces[j, 0]] != j:
                 continue
             ends = (hits[span[i, 0]], hits[span[i, 1]], hits[pieces[j, 0]], hits[pieces[j, 1]])
-            if mahalanobis(fits[i], fits[j]) > rules.merge_chi2:
+            unsure = i if fits[i].var_alpha > fits[j].var_alpha else j
+            middle = beams[(pieces[unsure, 0] + pieces[unsure, 1]) // 2]
+            if mahalanobis(fits[i], fits[j], middle) > rules.merge_chi2:
                 continue
             way = _goes_on(scan, ends, fits[i], rules)
             together = beams[(owner == i) | (owner == j)]
@@ -56,7 +59,7 @@ def merge_pieces(
             fits[i] = fit
             owner[pieces[j, 0] : pieces[j, 1] + 1] = i
             if way > 0:
-                span[i, 1] = pieces[j, 1]
+                span[i, 1], reached = pieces[j, 1], j
             else:
                 span[i, 0] = pieces[j, 0]
     return owner
@@ -66,19 +69,6 @@ def merge_pieces(
 def _fit_of(beams: NDArray[np.float64], piece: NDArray[np.int64], noise: BeamNoise) -> Fit:
     """Return the line through a piece (2,) of beams (n, 3)."""
     return fit_line(beams[piece[0] : piece[1] + 1], noise)
-
-
-@kernel
-def mahalanobis(one: Fit, two: Fit) -> float:
-    """Return the squared distance of two lines measured by both their covariances."""
-    turn = (two.alpha - one.alpha + math.pi) % (2.0 * math.pi) - math.pi
-    push = two.distance - one.distance
-    var_alpha = one.var_alpha + two.var_alpha
-    cov = one.cov + two.cov
-    var_distance = one.var_distance + two.var_distance
-    determinant = var_alpha * var_distance - cov * cov
-    weighed = turn * turn * var_distance - 2.0 * turn * push * cov + push * push * var_alpha
-    return weighed / determinant if determinant > 0.0 else math.inf
 
 
 @kernel

@@ -15,6 +15,7 @@ from pilotage.core.line_fit import (
     BeamNoise,
     Fit,
     fit_line,
+    mahalanobis,
     misfit,
     normal_of,
     place_along,
@@ -133,8 +134,11 @@ def widest_opening(line: Fit, beam: NDArray[np.float64], rules: Straightness) ->
 
 
 @kernel
-def refine_borders(beams: NDArray[np.float64], pieces: NDArray[np.int64], noise: BeamNoise) -> None:
+def refine_borders(
+    beams: NDArray[np.float64], pieces: NDArray[np.int64], rules: Straightness
+) -> None:
     """Let each beam near a corner join the wall that it fits better; changes pieces (p, 2)."""
+    noise = rules.noise
     for i in range(len(pieces) - 1):
         first, last = pieces[i, 0], pieces[i + 1, 1]
         border = pieces[i + 1, 0]
@@ -142,6 +146,9 @@ def refine_borders(beams: NDArray[np.float64], pieces: NDArray[np.int64], noise:
             continue
         one = fit_line(beams[first:border], noise)
         two = fit_line(beams[border : last + 1], noise)
+        at_corner = mahalanobis(one, two, beams[border]) > rules.merge_chi2
+        if not at_corner or _breaks(beams[border - 1], beams[border], rules):
+            continue
         low = max(first + 2, border - REFINED)
         high = min(last - 1, border + REFINED)
         # What it costs, or saves, to give the beams from here to the next border to the other.
