@@ -63,6 +63,7 @@ PROCESSES = (
     _service("robot"),
     _service("localizer"),
     _service("planner"),
+    _service("topology"),
 )
 
 

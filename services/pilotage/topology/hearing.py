@@ -12,6 +12,7 @@ from pilotage.core.odometry_buffer import OdometryBuffer
 from pilotage.core.odometry_watch import OdometrySample, restart_between
 from pilotage.topology.door_edges import SeenEdges
 from pilotage.topology.features import Features
+from pilotage.topology.finding import Sight
 from pilotage.topology.messages import pose_array
 from pilotage.topology.scan_view import ScanView
 from pilotage.topology.seen_features import seen_features
@@ -43,6 +44,18 @@ class Glance:
     map_from_base: NDArray[np.float64]
     covariance: NDArray[np.float64]
     state: State
+
+    @property
+    def sight(self) -> Sight:
+        """The glance as the mathematics takes it: the pose only where its owner is sure."""
+        is_sure = self.state == "localized"
+        return Sight(
+            self.stamp_ns / 1e9,
+            self.seen,
+            self.odom_from_base,
+            self.map_from_base if is_sure else None,
+            self.covariance if is_sure else None,
+        )
 
 
 class Hearing:

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from pilotage.core.angles import wrap
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.topology.features import KINDS, Features
+from pilotage.topology.finding import Finding, FoundPose
 from pilotage.topology.floor_routes import FloorRoute
 from pilotage.topology.floors import Floor
 from pilotage.topology.route import RouteCosts, edge_cost, way_along
@@ -111,6 +112,48 @@ def route_message(found: FloorRoute, floors: dict[str, Floor]) -> t.Route:
         cost=found.cost,
         way=np.concatenate(ways).astype(np.float32),
         floors=parts,
+    )
+
+
+def arrival_message(node: Node, finding: Finding, stamp_ns: int) -> t.NodeArrival:
+    """Return that the robot has reached a node."""
+    matched = 0 if finding.seen is None else len(finding.seen)
+    pose = None if finding.pose is None else pose_of(finding.pose)
+    return t.NodeArrival(
+        stamp_ns=stamp_ns,
+        frame_id="map",
+        node=node.id,
+        name=node.name[:64],
+        matched=matched,
+        bound=len(node.features),
+        pose=pose,
+    )
+
+
+def relocalization_message(found: FoundPose, map_id: str, stamp_ns: int) -> t.Relocalization:
+    """Return a pose that was found at a node."""
+    return t.Relocalization(
+        stamp_ns=stamp_ns,
+        frame_id="map",
+        node=found.node,
+        pose=pose_of(found.pose),
+        covariance=0.5 * (found.covariance + found.covariance.T),
+        matched=found.matched,
+        map_id=map_id,
+        cause=found.cause,
+    )
+
+
+def pairs_message(finding: Finding, stamp_ns: int) -> t.MatchedPairs:
+    """Return the pairs at a node; none where the robot is at none, or sees nothing of it."""
+    seen, expected = finding.seen or Features.none(), finding.expected or Features.none()
+    return t.MatchedPairs(
+        stamp_ns=stamp_ns,
+        frame_id="map",
+        kinds=tuple(KINDS[kind] for kind in seen.kinds),
+        seen=stretches(seen),
+        expected=stretches(expected),
+        node=None if finding.node is None else finding.node.id,
     )
 
 

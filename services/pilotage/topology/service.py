@@ -5,13 +5,16 @@ import numpy as np
 from pilotage.bus.deployment import Deployment
 from pilotage.bus.fabric import RefusedError
 from pilotage.bus.node import Node
+from pilotage.topology import messages
 from pilotage.topology.config import TopologySettings
 from pilotage.topology.drive import Drive, Plan
+from pilotage.topology.finding import Finder
 from pilotage.topology.floors import Floor
 from pilotage.topology.hearing import Glance, Hearing
 from pilotage.topology.map_choice import WORK_S, MapChoice
 from pilotage.topology.queries import Queries
 from pilotage.topology.storage import RunFolder, TopologyLibrary
+from pilotage.topology.topological_map import TopologicalMap
 from pilotage.topology.warm_up import warm_up
 from pilotage_schemas.mapping import MappedPath, MappingStatus, OccupancyGrid
 from pilotage_schemas.topology import TopologyBuild
@@ -38,6 +41,11 @@ class TopologyService:
         self._growing_id = ""
         self._has_grown = False
         self._shown_ns = self._kept_ns = 0
+        self._finder: tuple[TopologicalMap, Finder] | None = None
+        self._is_at_node = False
+        self._arrivals = node.publisher("node_arrival")
+        self._relocalizations = node.publisher("relocalization")
+        self._pairs = node.publisher("matched_features")
         node.subscribe("mapping_status", self.take_mapping_status)
         node.subscribe("map", self.take_map)
         node.subscribe("mapped_path", self.take_path)
@@ -75,11 +83,15 @@ class TopologyService:
 
     def take_glance(self, glance: Glance) -> None:
         """Let the map grow by what is seen, or find the robot on it."""
-        if self._is_driving and glance.state == "localized":
-            self._grow(glance)
+        if self._is_driving:
+            if glance.state == "localized":
+                self._grow(glance)
+        elif self._at.floor is not None and self._status.mode == "idle":
+            self._find(glance, self._at.floor.map)
 
     def forget_way(self) -> None:
         """Begin anew what odometry carried on: it is counted anew."""
+        self._finder = None
 
     def build(self, request: TopologyBuild) -> Floor:
         """Build a map anew: from the map in use at once, or from now on while driving."""
@@ -134,6 +146,22 @@ class TopologyService:
         except (KeyError, ValueError) as error:
             self._node.warn("storage", f"the drive is ignored: {error}")
             return None
+
+    def _find(self, glance: Glance, world: TopologicalMap) -> None:
+        """Tell at which node the robot is, what of it is seen, and where it is if that was lost."""
+        if self._finder is None or self._finder[0] is not world:
+            self._finder = (world, Finder(world))
+        stamp_ns = glance.stamp_ns
+        finding = self._finder[1].look(glance.sight)
+        if finding.node is not None and finding.is_new:
+            self._arrivals.publish(messages.arrival_message(finding.node, finding, stamp_ns))
+        if finding.found is not None and self._settings.relocalizes:
+            found = messages.relocalization_message(finding.found, world.map_id, stamp_ns)
+            self._relocalizations.publish(found)
+        is_at_node = finding.node is not None
+        if is_at_node or self._is_at_node:
+            self._pairs.publish(messages.pairs_message(finding, stamp_ns))
+        self._is_at_node = is_at_node
 
     def _grow(self, glance: Glance) -> None:
         assert self._drive is not None  # noqa: S101 - it is driving
