@@ -90,7 +90,7 @@ def test_people_and_furniture_are_left_unpaired() -> None:
     world, rng = uneven_corridor(), np.random.default_rng(2)
     strange = [corner(*rng.uniform([0.5, -1.0, -3.0], [4.0, 1.0, 3.0])) for _ in range(6)]
     seen = Features.joined([seen_from(START, world, rng), *strange])
-    match = matched(seen, world, START + [0.3, -0.2, 0.2])
+    match = matched(seen, world, START + np.array([0.3, -0.2, 0.2]))
     assert match.is_clear
     assert error(match, START)[0] < 0.1
     assert (match.pairs[:, 0] < len(world)).all()
@@ -105,12 +105,10 @@ def test_doors_exactly_alike_are_ambiguous() -> None:
     assert not match.is_clear
 
 
-def test_the_prior_tells_doors_apart_that_lie_farther_from_each_other_than_it_may_be_wrong() -> (
-    None
-):
+def test_the_prior_tells_doors_apart_that_lie_farther_from_each_other_than_it_errs() -> None:
     world = even_corridor(count=8, spacing=2.0)
     truth = np.array([3.0, 0.2, 0.1])
-    match = matched(seen_from(truth, world), world, truth + [0.4, 0.1, 0.2])
+    match = matched(seen_from(truth, world), world, truth + np.array([0.4, 0.1, 0.2]))
     assert match.is_clear
     assert error(match, truth)[0] < 0.05
 
@@ -162,14 +160,16 @@ def test_nothing_matches_nothing(nothing: str) -> None:
 
 def test_a_pose_outside_the_window_is_not_found() -> None:
     world = uneven_corridor()
-    match = match_features(seen_from(START, world), world, START + [3.0, 0.0, 0.0], WINDOW)
+    match = match_features(
+        seen_from(START, world), world, START + np.array([3.0, 0.0, 0.0]), WINDOW
+    )
     assert match is None or len(match.pairs) < 4
 
 
 def test_a_wrapped_heading_is_no_obstacle() -> None:
     world = uneven_corridor().moved([0.0, 0.0, np.pi - 0.05])
     truth = se2.compose([0.0, 0.0, np.pi - 0.05], START)
-    match = matched(seen_from(truth, world), world, truth + [0.1, 0.1, 0.3])
+    match = matched(seen_from(truth, world), world, truth + np.array([0.1, 0.1, 0.3]))
     assert error(match, truth)[0] < 1e-3
 
 
@@ -198,6 +198,6 @@ def test_a_match_takes_two_milliseconds_at_most() -> None:
     spent = []
     for _ in range(20):
         began = time.process_time()
-        match_features(seen, near, truth + [0.4, 0.2, 0.3], WINDOW)
+        match_features(seen, near, truth + np.array([0.4, 0.2, 0.3]), WINDOW)
         spent.append(time.process_time() - began)
     assert np.median(spent) < 2e-3
