@@ -171,7 +171,7 @@ def edge_property(name: str, value: object) -> Spoil:
         (edge_property("startid", 99), "startid: there is no node 99"),
         (edge_property("endid", None), "endid is missing"),
         (edge_property("length", -1.0), "length must not be negative"),
-        (edge_property("kind", "stairs"), "kind must be one of corridor"),
+        (edge_property("class", "stairs"), "class must be one of corridor"),
         (edge_property("endid", 3), r"features\[6\]: it is not edge 5 backward"),
         (
             lambda d: d.update(links=[{"node": 77, "name": "up", "there": 1, "cost": 1.0}]),

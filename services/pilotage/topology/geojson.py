@@ -4,7 +4,7 @@ Nodes are Points with `id` and `frame`, edges MultiLineStrings with `id`, `start
 `cost`; ids are unique. nav2's edges lead one way, so each edge is written twice: the second time
 backward, with an id of its own and `reverse_of`. What nav2 does not know it passes over: of the
 collection `map_id`, `floor`, `links` and how it was built, of nodes their name, `theta` and bound
-`features`, of edges their `kind` and `length`. So a file that is read again has lost nothing.
+`features`, of edges their `class` and `length`. So a file that is read again has lost nothing.
 Coordinates are metres in `frame`, not longitude and latitude, as in nav2's own files.
 """
 
@@ -95,7 +95,7 @@ def _edges(world: TopologicalMap, costs: RouteCosts) -> list[Json]:
     for i, edge in enumerate(world.edges):
         facts = {
             "cost": float(edge_cost(edge, doors, costs)),
-            "kind": edge.kind,
+            "class": edge.kind,
             "length": float(edge.length),
             # What nav2's SemanticScorer weighs.
             "metadata": {"class": edge.kind},

@@ -123,7 +123,7 @@ def _directed(feature: Value, places: Places) -> Directed:
         id=properties.member("id").identity(),
         start=start,
         end=end,
-        kind=cast("EdgeKind", _word(properties, "kind", get_args(EdgeKind))),
+        kind=cast("EdgeKind", _word(properties, "class", get_args(EdgeKind))),
         length=metres if length is None else length.not_negative(),
         way=way,
     )

@@ -21,18 +21,6 @@ DETOUR = 1.25
 
 
 @dataclass(frozen=True)
-class WayParams:
-    """Where a robot may go, and where it rather goes."""
-
-    body: float = 0.2
-    """Least distance from walls, m."""
-    ease: float = 0.6
-    """Distance from walls, m, from which on it does not matter."""
-    dislike: float = 3.0
-    """How many times dearer a metre right beside a wall is."""
-
-
-@dataclass(frozen=True)
 class Way:
     """A way between two sources, by their indices: `points` (k, 2) in map, and its length, m."""
 
@@ -40,14 +28,6 @@ class Way:
     end: int
     points: NDArray[np.float64]
     length: float
-
-
-def cell_costs(space: Space, params: WayParams) -> NDArray[np.float32]:
-    """Return what a metre costs in each cell (rows, cols); infinite where no robot fits."""
-    clearance = space.clearance
-    tight = np.clip((params.ease - clearance) / (params.ease - params.body), 0.0, 1.0)
-    costs = 1.0 + params.dislike * tight
-    return np.where(clearance > params.body, costs, np.inf).astype(np.float32)
 
 
 def find_ways(space: Space, sources: NDArray[np.int64], costs: NDArray[np.float32]) -> list[Way]:
