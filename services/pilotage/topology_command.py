@@ -1,8 +1,11 @@
 """`pilotage topology`: a topological map of a finished map, as nav2_route reads it, and drawn."""
 
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
+
+from rich.console import Console
 
 from pilotage.bus.deployment import ConfigError
 from pilotage.core.map_files import MapFileError, load_map, map_digest
@@ -33,7 +36,8 @@ def topology(options: TopologyOptions) -> None:
     except MapFileError as error:  # which names the file
         raise ConfigError(str(error)) from error
     params = BuildParams(nodes=NodeParams(options.spacing, options.distance))
-    building = build(world, map_digest(world), params)
+    with Console(file=sys.stderr).status(f"building the topological map of {options.map.name}"):
+        building = build(world, map_digest(world), params)
     if not building.topology.nodes:
         raise ConfigError(f"{options.map}: nothing in it is large enough for a robot to stand in")
     name = options.map.stem
