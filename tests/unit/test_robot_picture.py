@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from drawing import draw
 from naive import picture as naive
 from pilotage.core.grid import OccupancyMap
-from pilotage.robot.simulator.doors import NO_DOORS, Doors, doors_of
+from pilotage.robot.simulator.doors import doors_of
 from pilotage.robot.simulator.picture import Painter
 from pilotage.robot.simulator.picture_kernels import Lens, Scene, paint
 from pilotage.robot.simulator.picture_params import PictureParams
@@ -174,7 +174,7 @@ def test_a_picture_that_would_hold_up_the_robot_is_refused() -> None:
         PictureParams(width=5000)
 
 
-def random_scene(rng: np.random.Generator, doors: Doors = NO_DOORS) -> tuple[Lens, Scene]:
+def random_scene(rng: np.random.Generator) -> tuple[Lens, Scene]:
     is_wall = rng.random((30, 30)) < 0.06
     is_wall[[0, -1]] = is_wall[:, [0, -1]] = True
     is_wall[12:18, 12:18] = False

@@ -33,8 +33,10 @@ CLEARANCE = 3.0
 class EdgeParams:
     """What counts as an upright edge."""
 
+    least_rise: float = 0.25
+    """m a metre that it must rise: a door does up to 8 m away; posters and boxes are lower."""
     least_share: float = 0.4
-    """Share of the picture's rows that must show it: posters and boxes are lower than doors."""
+    """Or, in a low picture, the share of its rows that must show it."""
     least_slope: float = 0.05
     """Least change from pixel to pixel, in standard deviations of the picture's shades."""
     noise_factor: float = 4.0
@@ -69,7 +71,7 @@ def vertical_edges(
     small, lens = _fitting(picture, camera, chosen.widest)
     places, is_rise = _steps(small, chosen)
     upright = lens.focal * np.tan(lens.bearings(places, small.shape))
-    needed = chosen.least_share * small.shape[0]
+    needed = min(chosen.least_rise * lens.focal, chosen.least_share * small.shape[0])
     rises, falls = _agreed(upright[is_rise], needed), _agreed(upright[~is_rise], needed)
     found = np.array([*rises, *((column, -rows) for column, rows in falls)]).reshape(-1, 2)
     found = found[np.argsort(-found[:, 0])]
