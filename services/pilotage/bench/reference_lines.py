@@ -14,7 +14,7 @@ from pilotage.core.angles import wrap
 from pilotage.core.line_extraction import LineParams
 from pilotage.core.line_fit import ROUNDS, BeamNoise
 from pilotage.core.line_merging import BEHIND
-from pilotage.core.line_splitting import FRAGMENTS, GRAZING, REFINED
+from pilotage.core.line_splitting import FRAGMENTS, GRAZING, LOST, REFINED
 from pilotage.core.lines import Lines
 
 Beams = NDArray[np.float64]
@@ -92,8 +92,8 @@ class _Twin:
         """Return the walls: split, settle the borders, merge, drop what is no wall."""
         hits = [int(k) for k in np.flatnonzero(self.scan[:, 1] > 0.0)]
         pieces = [piece for chain in self._chains(hits) for piece in self._split(chain)]
-        walls = [self._wall(beams) for beams in self._merged(self._settled(pieces))]
-        return _as_lines([wall for wall in walls if self._is_wall(wall)])
+        walls = self._merged(self._settled(pieces))
+        return _as_lines([self._wall(hits) for hits in walls if self._is_wall(hits)])
 
     def _wall(self, hits: list[int]) -> _Wall:
         return _Wall(self.scan[hits], self.params.noise)
@@ -132,9 +132,12 @@ class _Twin:
         return [hits]
 
     def _widest(self, wall: _Wall, hit: int) -> float:
+        return max(self.params.gap, self._lost(wall, hit))
+
+    def _lost(self, wall: _Wall, hit: int) -> float:
+        """Return how far apart beams meet a wall if others between them were lost, m."""
         bearing, measured = self.scan[hit]
-        cos = max(np.cos(bearing - wall.fit[0][0]), 0.05)
-        return float(max(self.params.gap, 3.0 * self.step * measured / cos))
+        return float(LOST * self.step * measured / max(np.cos(bearing - wall.fit[0][0]), 0.05))
 
     def _settled(self, pieces: list[list[int]]) -> list[list[int]]:
         """Let beams near the border of two pieces join the one that they fit better."""
@@ -207,15 +210,26 @@ class _Twin:
         apart = at[piece[0]] - at[end]
         if apart <= self._widest(wall, end):
             return 1
-        between = self.scan[end + 1 : piece[0]]
-        depth = between[:, 1] * np.cos(between[:, 0] - wall.fit[0][0])
-        is_open = (between[:, 1] == 0.0) | (depth > wall.fit[0][1] + BEHIND)
-        return 1 if not is_open.any() and apart <= self.params.hidden_gap else 0
+        hidden = not self._is_open(wall, end, piece[0])
+        return 1 if hidden and apart <= self.params.hidden_gap else 0
 
-    def _is_wall(self, wall: _Wall) -> bool:
-        if len(wall.beams) < self.params.least_beams:
+    def _is_open(self, wall: _Wall, before: int, after: int) -> bool:
+        between = self.scan[before + 1 : after]
+        depth = between[:, 1] * np.cos(between[:, 0] - wall.fit[0][0])
+        return bool(((between[:, 1] == 0.0) | (depth > wall.fit[0][1] + BEHIND)).any())
+
+    def _is_wall(self, hits: list[int]) -> bool:
+        if len(hits) < self.params.least_beams:
             return False
+        wall = self._wall(hits)
         along = wall.places(wall.beams)
+        openings = [
+            apart
+            for before, after, apart in zip(hits, hits[1:], np.diff(along), strict=False)
+            if apart > self._lost(wall, before) and self._is_open(wall, before, after)
+        ]
+        if sum(openings) > self.params.open_share * np.ptp(along):
+            return False
         rough = wall.misfits(wall.beams).mean() > self.params.most_rough
         short = np.ptp(along) < self.params.least_length
         return not (rough or short or self._is_round(wall))

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
 from pilotage.core.jit import kernel
-from pilotage.core.line_fit import BeamNoise, fit_line, misfit, place_along
-from pilotage.core.line_merging import is_round, merge_pieces
+from pilotage.core.line_fit import BeamNoise, fit_line
+from pilotage.core.line_merging import merge_pieces
 from pilotage.core.line_splitting import Straightness, refine_borders, split_scan
+from pilotage.core.line_verdict import Demands, extent, is_wall
 from pilotage.core.lines import Lines
 from pilotage.core.scans import Ranges, bearings_of
 
@@ -43,6 +44,8 @@ class LineParams:
     """Largest mean squared residual of a wall's beams, in variances."""
     round_radius: float = 1.0
     """m: what plainly bulges like a disc smaller than this is a person or a pillar."""
+    open_share: float = 0.25
+    """Of a wall's length, beams may go through so much: two legs are straight, but no wall."""
 
 
 def extract_lines(
@@ -67,8 +70,18 @@ def extract_lines(
         params.hidden_gap,
         abs(angles[1]),
     )
-    walls = (params.least_length, float(params.least_beams), params.most_rough, params.round_radius)
-    return _as_lines(find_walls(scan, hits, rules, walls))
+    return _as_lines(find_walls(scan, hits, rules, _demands(params)))
+
+
+def _demands(params: LineParams) -> Demands:
+    """Return what the verdict's kernel needs to know."""
+    return Demands(
+        params.least_length,
+        float(params.least_beams),
+        params.most_rough,
+        params.round_radius,
+        params.open_share,
+    )
 
 
 def _in_order(ranges: NDArray[np.float64], first: float, step: float) -> NDArray[np.float64]:
@@ -87,7 +100,7 @@ def find_walls(
     scan: NDArray[np.float64],
     hits: NDArray[np.int64],
     rules: Straightness,
-    least: tuple[float, float, float, float],
+    demands: Demands,
 ) -> NDArray[np.float64]:
     """Return walls (w, 7): alpha and distance away from the laser, their covariance, two ends.
 
@@ -95,7 +108,7 @@ def find_walls(
         scan: (n, 3) beams, bearings rising; their range is 0 where nothing came back.
         hits: (k,) those of the scan that hit something.
         rules: what one wall is.
-        least: length in m, beams, roughness, radius in m.
+        demands: what a wall must be.
     """
     beams = scan[hits]
     pieces = split_scan(beams, rules)
@@ -104,23 +117,15 @@ def find_walls(
     walls = np.empty((len(pieces), 7))
     found = 0
     for i in range(len(pieces)):
-        members = beams[owner == i]
-        if len(members) < least[1]:
+        numbers = hits[owner == i]
+        if len(numbers) < 2:
             continue
-        line = fit_line(members, rules.noise)
-        begin, end = math.inf, -math.inf
-        for k in range(len(members)):
-            place = place_along(members[k], line.alpha)
-            begin, end = min(begin, place), max(end, place)
-        _, rough = misfit(members, line, rules.noise)
-        if end - begin < least[0] or rough > least[2]:
+        line = fit_line(scan[numbers], rules.noise)
+        if not is_wall(scan, numbers, line, rules, demands):
             continue
-        if is_round(members, line, rules.noise, least[3]):
-            continue
-        walls[found, 0], walls[found, 1] = line.alpha, line.distance
-        walls[found, 2], walls[found, 3] = line.var_alpha, line.cov
-        walls[found, 4] = line.var_distance
-        walls[found, 5], walls[found, 6] = begin, end
+        begin, end = extent(scan[numbers], line)
+        row = (line.alpha, line.distance, line.var_alpha, line.cov, line.var_distance, begin, end)
+        walls[found] = np.array(row)
         found += 1
     return walls[:found]
 

@@ -1,12 +1,10 @@
 """Kernels that put the pieces of one wall together again, whatever stands in front of it."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
-from pilotage.core.line_fit import BeamNoise, Fit, fit_line, mahalanobis, misfit
+from pilotage.core.line_fit import BeamNoise, Fit, fit_line, mahalanobis, misfit, normal_of
 from pilotage.core.line_splitting import FRAGMENTS, Straightness, distance_along, widest_opening
 
 NOBODY = -1
@@ -94,29 +92,16 @@ def _goes_on(
         return -1 if apart <= widest_opening(line, scan[start], rules) else 0
     if apart <= widest_opening(line, scan[end], rules):
         return 1
-    for k in range(end + 1, first):
-        cos = math.cos(line.alpha) * scan[k, 0] + math.sin(line.alpha) * scan[k, 1]
-        if scan[k, 2] == 0.0 or scan[k, 2] * cos > line.distance + BEHIND:
-            return 0
-    return 1 if apart <= rules.hidden_gap else 0
+    hidden = not is_open(scan, (end, first), line)
+    return 1 if hidden and apart <= rules.hidden_gap else 0
 
 
 @kernel
-def is_round(beams: NDArray[np.float64], line: Fit, noise: BeamNoise, radius: float) -> bool:
-    """Say whether beams (m, 3) bulge from their line more like a disc of a radius, m, than not.
-
-    The bulge is fitted as a parabola over the line; it must be plain beyond the noise.
-    """
-    cos, sin = math.cos(line.alpha), math.sin(line.alpha)
-    along = beams[:, 2] * (cos * beams[:, 1] - sin * beams[:, 0])
-    middle = 0.5 * (along.min() + along.max())
-    half = max(0.5 * (along.max() - along.min()), 1e-6)
-    shape = ((along - middle) / half) ** 2
-    shape -= shape.mean()
-    off = beams[:, 2] * (cos * beams[:, 0] + sin * beams[:, 1]) - line.distance
-    power = (shape**2).sum()
-    if power < 1e-9:
-        return False
-    bulge = (shape * (off - off.mean())).sum() / power
-    sigma = math.hypot(noise.range_sigma, noise.wall_sigma) / math.sqrt(power)
-    return bool(abs(bulge) > 3.0 * sigma and half * half / (2.0 * abs(bulge)) < radius)
+def is_open(scan: NDArray[np.float64], between: tuple[int, int], line: Fit) -> bool:
+    """Say whether one of the beams (n, 3) between two went through a line, or never came back."""
+    normal = normal_of(line)
+    for k in range(between[0] + 1, between[1]):
+        depth = scan[k, 2] * (normal[0] * scan[k, 0] + normal[1] * scan[k, 1])
+        if scan[k, 2] == 0.0 or depth > line.distance + BEHIND:
+            return True
+    return False

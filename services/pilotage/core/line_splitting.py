@@ -26,6 +26,8 @@ GRAZING = 0.2
 """rad: where a wall is seen at a smaller angle, its beams may lie too far apart to be chained."""
 REFINED = 5
 """Beams to either side of a corner that may change walls after the first split."""
+LOST = 3.0
+"""Spacings between two beams on a wall that is not open there: two beams may be lost."""
 FRAGMENTS = 12
 """So many pieces ahead a wall may go on: a person is a few, dust is one."""
 
@@ -128,9 +130,14 @@ def distance_along(line: Fit, one: NDArray[np.float64], two: NDArray[np.float64]
 @kernel
 def widest_opening(line: Fit, beam: NDArray[np.float64], rules: Straightness) -> float:
     """Return how far the next hit may lie along a wall at a beam (3,), m."""
+    return max(rules.gap, LOST * spacing(line, beam, rules.step))
+
+
+@kernel
+def spacing(line: Fit, beam: NDArray[np.float64], step: float) -> float:
+    """Return how far apart beams that differ by a step, rad, meet a line near a beam (3,), m."""
     cos = max(math.cos(line.alpha) * beam[0] + math.sin(line.alpha) * beam[1], 0.05)
-    # Two beams may be lost without the wall being open there.
-    return float(max(rules.gap, 3.0 * rules.step * beam[2] / cos))
+    return float(step * beam[2] / cos)
 
 
 @kernel
