@@ -134,7 +134,7 @@ def _in_room(
     if params.spacing == "equal":
         return _evenly(line, params.distance)
     chosen = _at_anchors(line, anchors, room, params.apart)
-    if not chosen or room.kind == "room":
+    if not chosen or room.kind != "corridor":
         _add(line, chosen, int(np.argmax(line.clearance)), params.apart)
     return _without_holes(line, chosen, 1.5 * params.distance)
 

@@ -16,7 +16,7 @@ from pilotage.topology.map_space import Space
 
 WORTH = 1.02
 """A way is straightened where that costs at most so many times as much."""
-DETOUR = 1.25
+DETOUR = 1.4
 """A way is dropped if other ways lead there at most so many times as long."""
 
 
