@@ -19,6 +19,7 @@ from rich.progress import Progress
 from pilotage.bus.deployment import ConfigError
 from pilotage.core.logs import Log, ScanRecord, SonarRecord, read_log
 from pilotage.core.map_files import load_map
+from pilotage.localizer.ekf_localizer import EkfLocalizer
 from pilotage.localizer.log_run import LogEstimate, LogSensors, localize_log
 from pilotage.localizer.markov_localizer import MarkovLocalizer
 from pilotage.localizer.method import LocalizationMethod
@@ -63,6 +64,7 @@ def localize(options: LocalizeOptions) -> None:
     started, started_cpu = time.perf_counter(), time.process_time()
     log, localizer = _inputs(options)
     _tell_of_coarser_cells(localizer)
+    _tell_of_missing_start(localizer, options.start)
     total = _scans_of(log, options.sensors)
     _make_folder(options.out)
     updates: list[float] = []
@@ -103,7 +105,19 @@ def _size(localizer: LocalizationMethod) -> dict[str, Any]:
         resolution = grid.geometry.resolution
         states = int(np.prod(grid.shape))
         return {"states": states, "resolution_m": resolution, "coarsened": grid.is_coarsened}
+    if isinstance(localizer, EkfLocalizer):
+        return {"map_lines": localizer.map_lines}
     return {}
+
+
+def _tell_of_missing_start(
+    localizer: LocalizationMethod, start: NDArray[np.float64] | None
+) -> None:
+    if isinstance(localizer, EkfLocalizer) and start is None:
+        sys.stderr.write(
+            "pilotage: ekf follows a robot but finds none: without --start X,Y,THETA (or, on the "
+            "bus, the topology service) its pose stays unknown\n"
+        )
 
 
 def _tell_of_coarser_cells(localizer: LocalizationMethod) -> None:

@@ -21,7 +21,7 @@ from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.log_run import LogEstimate
 from pilotage.localizer.markov_localizer import MarkovLocalizer
 from pilotage.localizer.method import LocalizationMethod
-from pilotage.localizer.methods import METHODS, MethodSetup, make_method
+from pilotage.localizer.methods import FINDERS, MethodSetup, make_method
 from pilotage.localizer.verdict import State
 from pilotage.robot.simulator.range_sensors import LaserParams
 
@@ -119,10 +119,10 @@ def methods(world: OccupancyMap) -> dict[str, LocalizationMethod]:
     """Every method there is, on the same map."""
     setup = MethodSetup(markov=COARSE, particles=FEW_PARTICLES)
     rng = np.random.default_rng(0)
-    return {name: make_method(name, world, setup, rng) for name in METHODS}
+    return {name: make_method(name, world, setup, rng) for name in FINDERS}
 
 
-every_method = pytest.mark.parametrize("name", METHODS)
+every_method = pytest.mark.parametrize("name", FINDERS)
 
 
 @every_method

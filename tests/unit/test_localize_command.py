@@ -255,11 +255,27 @@ def test_a_map_where_nobody_can_stand_is_refused(
     assert "no free cell" in complaint(desk, capsys)
 
 
-def test_the_method_that_is_not_built_yet_is_refused(
+def test_walls_are_followed_from_a_start(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
+    start = ",".join(str(part) for part in START)
+    assert desk.run("--method", "ekf", "--start", start) == 0
+    assert capsys.readouterr().err == ""
+    away, turn = error(pose_of(desk.rows[-1]), list(poses_along(START, STEPS))[-1])
+    assert away < 0.1
+    assert turn < 0.05
+    assert desk.rows[-1]["state"] == "localized"
+    assert desk.report["method"] == "ekf"
+    assert int(str(desk.report["map_lines"])) > 10
+
+
+def test_walls_alone_find_no_start_and_that_is_said_in_one_line(
     desk: Desk, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    said = complaint(desk, capsys, "--method", "ekf")
-    assert said.startswith("pilotage: the method ekf is not built yet")
+    assert desk.run("--method", "ekf") == 0
+    said = capsys.readouterr().err
+    assert said.startswith("pilotage: ekf follows a robot but finds none: without --start")
+    assert said.count("\n") == 1
+    assert {row["state"] for row in desk.rows} == {"unknown"}
+    assert {row["confidence"] for row in desk.rows} == {"0.0000"}
 
 
 @pytest.mark.parametrize(

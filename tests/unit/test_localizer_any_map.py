@@ -13,7 +13,7 @@ from pilotage.core import se2
 from pilotage.core.grid import FREE, OCCUPIED, UNKNOWN, GridGeometry, OccupancyMap
 from pilotage.core.map_files import load_map
 from pilotage.localizer.markov_localizer import MarkovParams
-from pilotage.localizer.methods import METHODS, MethodSetup, make_method
+from pilotage.localizer.methods import FINDERS, MethodSetup, make_method
 from pilotage.localizer.pose_grid import PoseGridParams
 
 MARK_M = 0.4
@@ -136,7 +136,7 @@ def test_the_robot_is_found_on_it(kind: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["trinary", "scale, grey", "raw, graded", "0.20 m", "turned"])
-@pytest.mark.parametrize("method", [name for name in METHODS if name != "markov"])
+@pytest.mark.parametrize("method", [name for name in FINDERS if name != "markov"])
 def test_it_is_found_by_other_methods_too(kind: str, method: str, tmp_path: Path) -> None:
     sheet = SHEETS[kind]
     away, turn, state = localized(load_map(sheet.write(tmp_path)), sheet, method)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from localizer_bench import STANDING, WORLD, Bench, pose2
-from localizer_world import flat
+from localizer_world import ROUND, flat
 from pilotage.bus.fabric import RefusedError
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.map_files import map_digest, save_map
@@ -46,7 +46,7 @@ def methods_of(bench: Bench) -> list[str]:
 def test_each_method_goes_on_where_the_other_was(bench: Bench) -> None:
     bench.begin()
     bench.drive_round()
-    for method in ("mcl", "markov"):
+    for method in ("mcl", "ekf", "markov"):
         assert isinstance(bench.ask("set_method", SetMethod(method=method)), Done)
         assert bench.beliefs[-1].method == method
         for _ in range(3):
@@ -90,11 +90,15 @@ def test_the_method_in_use_can_be_asked_for_again(bench: Bench) -> None:
     assert bench.method is method
 
 
-def test_ekf_is_refused_with_the_reason_and_the_old_method_stays(bench: Bench) -> None:
+def test_ekf_that_takes_over_from_nothing_knows_nothing(bench: Bench) -> None:
     bench.begin()
-    with pytest.raises(RefusedError, match=r"ekf is not built yet.*markov and mcl"):
-        bench.ask("set_method", SetMethod(method="ekf"))
-    assert bench.method.name == "markov"
+    bench.ask("set_method", SetMethod(method="ekf"))
+    assert bench.method.name == "ekf"
+    assert [bench.go(step).state for step in ROUND[:6]] == ["unknown"] * 6
+    bench.ask("set_pose", SetPose(pose=pose2(bench.pose)))
+    states = [bench.go((0.05, 0.0, 0.3)).state for _ in range(10)]
+    assert states[-1] == "localized"
+    assert bench.is_right()
 
 
 def test_a_method_can_be_chosen_before_there_is_a_map(bench: Bench) -> None:

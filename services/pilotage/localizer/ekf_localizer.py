@@ -85,6 +85,11 @@ class EkfLocalizer:
             return NoBelief(self._free)
         return GaussianBelief(self._pose, _shown_on(self.world.geometry))
 
+    @property
+    def map_lines(self) -> int:
+        """How many lines the map has."""
+        return len(self._walls.lines)
+
     def start_anywhere(self) -> None:
         """Forget everything: nothing is known until somebody says where the robot is."""
         self._begin(None)
@@ -148,7 +153,7 @@ class EkfLocalizer:
         self, before: GaussianPose, increment: NDArray[np.float64], seen: Measurement
     ) -> tuple[GaussianPose, Word]:
         """Return the belief after one cycle, and what is to be said of it."""
-        if seen.beams is None:
+        if seen.beams is None or not np.isfinite(seen.beams.ranges).any():
             predicted = predict(before, increment, self.params.filter.motion)
             return predicted, self._trust.unseen(predicted)
         walls = seen_walls(seen.beams).as_new_as(_newness(increment))

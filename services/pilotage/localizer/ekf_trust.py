@@ -38,8 +38,8 @@ class TrustParams:
     begin: float = 0.0
     usual_fit: float = 0.12
     fit_counts: float = 8.0
-    usual_share: float = 0.25
-    share_counts: float = 2.0
+    usual_share: float = 0.45
+    share_counts: float = 4.0
     loudest: float = 3.0
     least: float = -4.0
     most: float = 8.0
@@ -92,7 +92,8 @@ class Trust:
         weighed = weigh(step.belief.mean[None], beams, np.ones(len(chosen.ranges)), self._around)
         fit = float(weighed.fit[0])
         surprise = self._is_surprising(fit)
-        self._weigh(fit, matched_share(step, seen), seen.newness)
+        share = step.pairs.matched_share(seen) if len(seen.lines) else None
+        self._weigh(fit, share, seen.newness)
         self._starve(len(step.pairs), seen.newness)
         if surprise:
             self._log_odds = min(self._log_odds, LOST_AT)
@@ -126,11 +127,3 @@ class Trust:
     def _confidence(self, pose: GaussianPose) -> float:
         right = 1.0 / (1.0 + math.exp(-self._log_odds))
         return right * min(1.0, within_limits(pose.covariance))
-
-
-def matched_share(step: EkfStep, seen: Walls) -> float | None:
-    """Return how much of the length of the lines seen was matched; None if none was seen."""
-    lengths = seen.lines.lengths
-    if not len(lengths):
-        return None
-    return float(lengths[step.pairs.lines[:, 0]].sum() / lengths.sum())

@@ -32,6 +32,9 @@ class GaussianPose:
     covariance: Array
 
 
+POOR = 0.5
+"""Share of what is seen that is matched, by length, below which odometry is in doubt."""
+
 GATE = Gate(
     squared=9.21,
     facing=float(np.deg2rad(30.0)),
@@ -49,7 +52,8 @@ class LineEkfParams:
 
     `gate`: what a seen line and one of the map must agree in. `corner_gate`, `corner_facing`
     [rad]: the same of corners. `reach` [m]: farther walls of the map are not looked at. `wide` [m],
-    `wide_turn` [rad]: a pose that is known no better is tried from several starts.
+    `wide_turn` [rad]: a pose that is known no better is tried from several starts. `slip` [m, rad]:
+    by how much (one sigma) wheels may have slipped where hardly anything matches; None: never.
     """
 
     motion: MotionSpread = field(default_factory=MotionSpread)
@@ -59,6 +63,7 @@ class LineEkfParams:
     reach: float = 12.0
     wide: float = 0.25
     wide_turn: float = float(np.deg2rad(6.0))
+    slip: tuple[float, float] | None = (0.1, 0.1)
 
 
 @dataclass(frozen=True)
@@ -90,6 +95,8 @@ def track(
     predicted = predict(before, increment, params.motion)
     near = known.near(predicted.mean, params.reach)
     pairs = match(predicted, seen, near, params)
+    if params.slip is not None and pairs.matched_share(seen) < POOR:
+        predicted, pairs = _slipped(predicted, pairs, (seen, near), params)
     return EkfStep(update(predicted, seen, near, pairs), predicted, near, pairs)
 
 
@@ -133,6 +140,20 @@ def match_lines(
 def update(predicted: GaussianPose, seen: Walls, near: Walls, pairs: Pairs) -> GaussianPose:
     """Return the pose corrected by all pairs at once."""
     return GaussianPose(*corrected(predicted.mean, predicted.covariance, (seen, near), pairs))
+
+
+def _slipped(
+    predicted: GaussianPose, pairs: Pairs, walls: tuple[Walls, Walls], params: LineEkfParams
+) -> tuple[GaussianPose, Pairs]:
+    """Return the prediction and the pairs, as they are or, if that explains far more, slipped."""
+    if params.slip is None:
+        return predicted, pairs
+    way, turn = params.slip
+    wider = GaussianPose(predicted.mean, predicted.covariance + np.diag([way, way, turn]) ** 2)
+    again = match(wider, *walls, params)
+    share = again.matched_share(walls[0])
+    is_better = share >= POOR and share >= 2.0 * pairs.matched_share(walls[0])
+    return (wider, again) if is_better else (predicted, pairs)
 
 
 def _starts(predicted: GaussianPose, params: LineEkfParams) -> list[tuple[Array, Array, float]]:

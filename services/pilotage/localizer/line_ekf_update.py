@@ -39,6 +39,11 @@ class Pairs:
     def __len__(self) -> int:
         return len(self.lines) + len(self.corners)
 
+    def matched_share(self, seen: Walls) -> float:
+        """Return how much of the length of the lines seen is matched; all of none is 1."""
+        lengths = seen.lines.lengths
+        return float(lengths[self.lines[:, 0]].sum() / lengths.sum()) if len(lengths) else 1.0
+
 
 @dataclass(frozen=True)
 class Linear:

@@ -1,10 +1,13 @@
 """Estimates and beliefs as messages, and messages as what the mathematics takes."""
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core import se2
 from pilotage.core.grid import GridGeometry, OccupancyMap
+from pilotage.localizer.ekf_pairs import MatchedWalls
 from pilotage.localizer.estimate import Estimate
 from pilotage.localizer.landmark_sightings import Sightings
 from pilotage.localizer.method import LocalizationMethod
@@ -12,6 +15,7 @@ from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.localization import Belief, Marginal, Mode, PoseEstimate
 from pilotage_schemas.mapping import OccupancyGrid
 from pilotage_schemas.sensors import LandmarkSightings
+from pilotage_schemas.topology import MatchedPairs
 
 SAMPLES = 2000
 MODES = 8
@@ -81,6 +85,19 @@ def belief_message(localizer: LocalizationMethod, map_id: str, stamp_ns: int) ->
         ),
         marginal=_marginal(belief.marginal(), belief.geometry),
         matched=localizer.estimate.matched,
+    )
+
+
+def pairs_message(matched: MatchedWalls, stamp_ns: int) -> MatchedPairs:
+    """Return the pairs of the filter's last cycle, lines first."""
+    kinds: list[Literal["line", "corner", "door", "passage"]] = ["line"] * matched.lines
+    kinds += ["corner"] * (len(matched) - matched.lines)
+    return MatchedPairs(
+        stamp_ns=stamp_ns,
+        frame_id="map",
+        kinds=tuple(kinds),
+        seen=matched.seen.reshape(-1, 4).astype(np.float32),
+        expected=matched.expected.reshape(-1, 4).astype(np.float32),
     )
 
 

@@ -11,6 +11,7 @@ from pilotage.core.odometry_buffer import OdometryBuffer
 from pilotage.core.odometry_watch import OdometrySample, restart_between
 from pilotage.localizer.compass_memory import CompassMemory
 from pilotage.localizer.config import LocalizerSettings
+from pilotage.localizer.ekf_localizer import EkfLocalizer
 from pilotage.localizer.localization import Localization
 from pilotage.localizer.map_choice import MapChoice
 from pilotage.localizer.measurement import (
@@ -19,9 +20,16 @@ from pilotage.localizer.measurement import (
     ranges_measurement,
     scan_measurement,
 )
-from pilotage.localizer.messages import belief_message, pose_array, pose_message, sightings_of
+from pilotage.localizer.messages import (
+    belief_message,
+    pairs_message,
+    pose_array,
+    pose_message,
+    sightings_of,
+)
 from pilotage.localizer.method_setup import method_setup
 from pilotage.localizer.queries import Queries
+from pilotage.localizer.relocalization import SecondChance
 from pilotage.localizer.storage import Choice, RunFolder, Snapshot
 from pilotage.localizer.takeover import Takeover
 from pilotage.localizer.warm_up import warm_up
@@ -39,6 +47,7 @@ MAP_WORK_S = 60.0
 """Limit for taking in a map: the tables of a large building take a while."""
 
 POSE_PERIOD_NS = 90_000_000
+PAIRS_PERIOD_NS = 190_000_000
 MEMORY_PERIOD_NS = 1_000_000_000
 EXTRAPOLATION_NS = 100_000_000
 
@@ -67,16 +76,18 @@ class LocalizerService:
         self._mounts: dict[str, NDArray[np.float64]] = {}
         self._waiting: tuple[int, Measurement] | None = None
         self._weighed_ns = self._awake_ns = 0
-        self._sent_ns = {"pose": 0, "belief": 0, "memory": 0}
+        self._sent_ns = {"pose": 0, "belief": 0, "memory": 0, "pairs": 0}
         self._takeover = Takeover()
         self._pose = node.publisher("pose")
         self._belief = node.publisher("belief")
+        self._pairs = node.publisher("matched_lines")
         node.subscribe("mapping_status", self.take_mapping_status)
         node.subscribe("description", self.take_description)
         node.subscribe("odometry", self.take_odometry, depth=64)
         self._subscribe_sensors()
         node.when_idle(self._send_pose)
         Queries(node, self._at, self._takeover, (self._send_belief_now, self._save_known))
+        SecondChance(node, self._at, self._takeover, self._odometry, self._begun_anew)
         MapChoice(node, self._at, self._takeover, self._begin_on)
 
     def take_mapping_status(self, status: MappingStatus) -> None:
@@ -177,6 +188,7 @@ class LocalizerService:
             method.update(stamp_ns, odom, measurement.with_compass(compass))
             self._weighed_ns = stamp_ns
             self._send_belief(stamp_ns)
+            self._send_pairs(stamp_ns)
             self._save(stamp_ns)
 
     def _begin_on(self, world: OccupancyMap, map_id: str) -> None:
@@ -250,6 +262,16 @@ class LocalizerService:
             return
         if self._is_due("belief", stamp_ns, period):
             self._belief.publish(belief_message(method, self._at.map_id, stamp_ns))
+
+    def _send_pairs(self, stamp_ns: int) -> None:
+        """Publish what the filter matched, also that it was nothing."""
+        method = self._at.method
+        if isinstance(method, EkfLocalizer) and self._is_due("pairs", stamp_ns, PAIRS_PERIOD_NS):
+            self._pairs.publish(pairs_message(method.matched, stamp_ns))
+
+    def _begun_anew(self) -> None:
+        self._send_belief_now()
+        self._save_known()
 
     def _save_known(self) -> None:
         self._at.save_known(self._newest)
