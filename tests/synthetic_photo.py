@@ -14,7 +14,11 @@ from PIL import Image, ImageDraw
 
 Points = NDArray[np.float64]
 
+Corners = list[tuple[float, float, float]]
+
 SUPERSAMPLED = 2
+NEAR = 0.4
+"""m ahead of the lens at which walls and floor begin."""
 LEFT, RIGHT, FLOOR, CEILING, END = -1.2, 1.2, -1.1, 1.5, 9.0
 FRAME_HEIGHT = 0.95
 """m from the lens up to the head of a door."""
@@ -65,45 +69,39 @@ def photograph(camera: PhotoCamera, rng: np.random.Generator, exposure: float = 
 
 def _polygons() -> list[tuple[Points, int]]:
     """Walls, doors and things in space (x right, y up, z ahead) with their shades, far to near."""
-    near = 0.4
     shapes = [
-        (
-            [(LEFT, FLOOR, END), (RIGHT, FLOOR, END), (RIGHT, CEILING, END), (LEFT, CEILING, END)],
-            150,
-        ),
-        ([(LEFT, FLOOR, near), (RIGHT, FLOOR, near), (RIGHT, FLOOR, END), (LEFT, FLOOR, END)], 90),
-        (
-            [
-                (LEFT, CEILING, near),
-                (RIGHT, CEILING, near),
-                (RIGHT, CEILING, END),
-                (LEFT, CEILING, END),
-            ],
-            215,
-        ),
-        (_upright(LEFT, near, END, FLOOR, CEILING), 185),
-        (_upright(RIGHT, near, END, FLOOR, CEILING), 170),
-        (_upright(RIGHT, 3.2, 4.1, FLOOR + 0.05, 1.2), 120),
+        (_facing(LEFT, RIGHT, END, CEILING), 150),
+        (_level(FLOOR), 90),
+        (_level(CEILING), 215),
+        (_upright(LEFT, (NEAR, END), FLOOR, CEILING), 185),
+        (_upright(RIGHT, (NEAR, END), FLOOR, CEILING), 170),
+        (_upright(RIGHT, (3.2, 4.1), FLOOR + 0.05, 1.2), 120),
         ([(RIGHT, -0.2, 1.5), (RIGHT, -0.1, 1.5), (RIGHT, 0.6, 8.0), (RIGHT, 0.5, 8.0)], 70),
     ]
     for start in (5.0, 2.6):
-        shapes.append((_upright(LEFT, start, start + 1.04, FLOOR, FRAME_HEIGHT), 75))
-        shapes.append((_upright(LEFT, start + 0.07, start + 0.97, FLOOR, FRAME_HEIGHT - 0.07), 135))
-    shapes.append(
-        ([(0.30, FLOOR, 7.0), (0.36, FLOOR, 7.0), (0.36, 1.3, 7.0), (0.30, 1.3, 7.0)], 60)
-    )
+        frame, leaf = (start, start + 1.04), (start + 0.07, start + 0.97)
+        shapes.append((_upright(LEFT, frame, FLOOR, FRAME_HEIGHT), 75))
+        shapes.append((_upright(LEFT, leaf, FLOOR, FRAME_HEIGHT - 0.07), 135))
+    shapes.append((_facing(0.30, 0.36, 7.0, 1.3), 60))
     return [(np.array(corners), shade) for corners, shade in shapes]
 
 
-def _upright(
-    x: float, z0: float, z1: float, low: float, high: float
-) -> list[tuple[float, float, float]]:  # noqa: E501 - five numbers say a rectangle
-    return [(x, low, z0), (x, low, z1), (x, high, z1), (x, high, z0)]
+def _facing(x0: float, x1: float, z: float, high: float) -> Corners:
+    return [(x0, FLOOR, z), (x1, FLOOR, z), (x1, high, z), (x0, high, z)]
+
+
+def _level(y: float) -> Corners:
+    return [(LEFT, y, NEAR), (RIGHT, y, NEAR), (RIGHT, y, END), (LEFT, y, END)]
+
+
+def _upright(x: float, ahead: tuple[float, float], low: float, high: float) -> Corners:
+    near, far = ahead
+    return [(x, low, near), (x, low, far), (x, high, far), (x, high, near)]
 
 
 def _clipped(polygon: Points) -> Points:
     """Keep what lies before the lens: corners nearer than that are drawn where the edge ends."""
-    return np.array([(x, y, max(z, 0.4)) for x, y, z in polygon])
+    return np.array([(x, y, max(z, NEAR)) for x, y, z in polygon])
 
 
 def _projected(points: Points, camera: PhotoCamera) -> Points:

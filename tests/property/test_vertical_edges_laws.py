@@ -1,4 +1,4 @@
-"""Laws of upright edges: light does not move them, a mirror turns them round, a lens scales them."""
+"""Laws of upright edges: light moves none, a mirror turns them round, a lens scales them."""
 
 import numpy as np
 import pytest

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -14,6 +15,7 @@ from pilotage.core.logs import Log, OdometryRecord
 from pilotage.robot.conformance import check_driver
 from pilotage.robot.driver import Measurement, RobotDriver
 from pilotage.robot.replay import Replay
+from pilotage.robot.simulator.picture_params import PictureParams
 from pilotage.robot.simulator.simulator import Simulator
 from pilotage_schemas.geometry import Pose2, Twist2
 from pilotage_schemas.message import Message
@@ -22,8 +24,9 @@ from pilotage_schemas.sensors import (
     LandmarkSightings,
     RobotDescription,
     SensorMount,
+    VerticalEdges,
 )
-from robot_world import ToyRobot, open_scan, simulation_in
+from robot_world import EXACT, ToyRobot, open_scan, simulation_in
 from sample_messages import odometry
 
 
@@ -63,6 +66,11 @@ def test_the_simulator_is_a_good_driver() -> None:
 def test_the_simulator_with_a_camera_is_a_good_driver() -> None:
     landmarks = landmarks_of([{"class": "post", "x": 4.0, "y": 1.75}])
     assert findings(Simulator(simulation_in(landmarks=landmarks))) == []
+
+
+def test_the_simulator_is_a_good_driver_where_its_camera_takes_pictures_too() -> None:
+    pictures = replace(EXACT, picture=PictureParams())
+    assert findings(Simulator(simulation_in(params=pictures))) == []
 
 
 def test_a_log_is_not_driven() -> None:
@@ -251,6 +259,25 @@ class Millimetres(Watchful):
         return Measurement("landmarks", post_ahead(measurement.message.stamp_ns, 2000.0))
 
 
+class EdgesInDegrees(Watchful):
+    said = 25.0
+
+    def spoil(self, measurement: Measurement) -> Measurement:
+        if measurement.topic != "landmarks":
+            return measurement
+        edges = VerticalEdges(
+            stamp_ns=measurement.message.stamp_ns,
+            frame_id="camera",
+            bearings=np.array([-self.said, self.said], np.float32),
+            sigma=0.002,
+        )
+        return Measurement("vertical_edges", edges)
+
+
+class EdgesElsewhere(EdgesInDegrees):
+    said, mounted = 0.4, "eye"
+
+
 class StiffNecked(SeeingToy):
     """It promises to look, but cannot."""
 
@@ -319,6 +346,8 @@ class Loose(SeeingToy):
         (Loose, "stop: raised AttributeError: no brake"),
         (Elsewhere, "landmarks: frame 'camera' has no mount in the description"),
         (Millimetres, "landmarks: one 2000 m away; is it in metres?"),
+        (EdgesInDegrees, "vertical_edges: one at 25 rad; are bearings in radians?"),
+        (EdgesElsewhere, "vertical_edges: frame 'camera' has no mount in the description"),
         (StiffNecked, "look: among the commands, but the driver has no method look(pan)"),
         (Eyeless, "look: among the commands, but the description has no mount of a camera"),
         (Dazed, "look: no picture came after it"),

@@ -159,10 +159,13 @@ def test_a_lens_that_is_taken_for_a_better_one_says_worse_bearings() -> None:
     assert np.rad2deg(off[:4]).max() > 0.5
 
 
+USUAL = PictureParams()
+
+
 class Walk:
     """Pictures along the corridor, each with the bearings of frame edges that are in view."""
 
-    def __init__(self, people: int, params: PictureParams = PictureParams()) -> None:
+    def __init__(self, people: int, params: PictureParams = USUAL) -> None:
         self.walls = Walls.of(corridor_floor(), (), doors_of(corridor_doors()))
         self.rng = np.random.default_rng(4)
         self.people = People(self.walls, people, self.rng)

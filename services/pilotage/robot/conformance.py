@@ -24,7 +24,13 @@ from pilotage.robot.driver import (
 from pilotage_schemas.codec import encode
 from pilotage_schemas.geometry import Twist2
 from pilotage_schemas.message import Message
-from pilotage_schemas.sensors import LandmarkSightings, LaserScan, Odometry, RobotDescription
+from pilotage_schemas.sensors import (
+    LandmarkSightings,
+    LaserScan,
+    Odometry,
+    RobotDescription,
+    VerticalEdges,
+)
 from pilotage_schemas.topics import TOPICS
 
 LOOK_PERIOD = 0.02
@@ -180,6 +186,7 @@ def _of_trial(trial: Trial, description: RobotDescription) -> Iterator[str]:
     frames = {mount.frame_id for mount in description.mounts}
     yield from _of_scans(trial, frames)
     yield from _of_sightings(trial, frames)
+    yield from _of_edges(trial, frames)
 
 
 def _of_stamps(name: str, messages: list[Message]) -> Iterator[str]:
@@ -224,6 +231,16 @@ def _of_sightings(trial: Trial, frames: set[str]) -> Iterator[str]:
         yield f"landmarks: one {max(ranges):.0f} m away; is it in metres?"
 
 
+def _of_edges(trial: Trial, frames: set[str]) -> Iterator[str]:
+    pictures = [m for m in trial.heard.get("vertical_edges", []) if isinstance(m, VerticalEdges)]
+    strange = {picture.frame_id for picture in pictures} - frames - {"base_link"}
+    for frame in sorted(strange):
+        yield f"vertical_edges: frame '{frame}' has no mount in the description"
+    widest = max((float(np.abs(p.bearings).max(initial=0.0)) for p in pictures), default=0.0)
+    if widest > math.pi:
+        yield f"vertical_edges: one at {widest:.0f} rad; are bearings in radians?"
+
+
 def _of_camera(driver: RobotDriver, description: RobotDescription) -> Iterator[str]:
     if all(mount.kind != "camera" for mount in description.mounts):
         yield "look: among the commands, but the description has no mount of a camera"
@@ -242,7 +259,8 @@ def _of_looking(driver: RobotDriver, trial: Trial, clock: Clock, wait: Wait) -> 
         if (took := clock.monotonic() - begun) > LONGEST_CALL:
             yield f"look: took {1e3 * took:.0f} ms; it must return at once"
             break
-    if "landmarks" in trial.heard and "landmarks" not in _watched(driver, clock, wait).heard:
+    pictures = {"landmarks", "vertical_edges"} & trial.heard.keys()
+    if pictures and not pictures & _watched(driver, clock, wait).heard.keys():
         yield "look: no picture came after it"
 
 
