@@ -206,15 +206,19 @@ def _likelihood(
     topology, places = world
     weight, last = 1.0, -1
     for now, place in enumerate(history):
+        before = history[last] if last >= 0 else None
         if place is None:
             weight *= params.false
+            if before is not None:
+                pose = fits[last][before].pose
+                for link in links[last + 1 : now + 1]:
+                    pose = se2.compose(pose, link.moved)
+                weight *= _unmapped(topology, places[before].node, pose, links[now].seen, params)
             continue
         weight *= (1.0 - params.false) * math.exp(fits[now][place].evidence)
-        if last < 0:
+        if before is None:
             weight /= len(places)
         else:
-            before = history[last]
-            assert before is not None
             edges = edges_between(topology, places[before].node, places[place].node)
             if edges > params.most_missed + 1:
                 return 0.0
@@ -222,6 +226,23 @@ def _likelihood(
             weight *= _way(fits[last][before], fits[now][place], links[last + 1 : now + 1], params)
         last = now
     return weight
+
+
+def _unmapped(
+    topology: TopologicalMap,
+    start: int,
+    pose: NDArray[np.float64],
+    seen: Features,
+    params: ChainParams,
+) -> float:
+    """How well what is seen at a place that is no node fits the nearest node's features."""
+    near = [
+        node
+        for k, node in enumerate(topology.nodes)
+        if edges_between(topology, start, k) <= params.most_missed + 1
+    ]
+    nearest = min(near, key=lambda node: math.hypot(*(node.pose[:2] - pose[:2])))
+    return math.exp(fit_place(seen, nearest.features, pose, params).evidence)
 
 
 def _way(start: Fit, end: Fit, links: list[Link], params: ChainParams) -> float:

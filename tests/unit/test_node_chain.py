@@ -14,8 +14,8 @@ from pilotage.topology.node_chain_candidates import NOWHERE, ChainParams, Link
 from pilotage.topology.node_chain_map import ChainMap
 from pilotage.topology.topological_map import Edge, Node, TopologicalMap
 
-UPPER = "d   d  d      d   d     d  "
-LOWER = "      d    d     d   d     d"
+UPPER = "d   d  d     d      d   d      d"
+LOWER = "      d    d    d     d   d  d"
 """Doors alike, at irregular distances."""
 
 AHEAD, BACK = 0.0, np.pi

@@ -9,6 +9,7 @@ from pilotage.experiments import (
     hybrid_static,
     kidnap,
     narrow_opening,
+    node_chain_starts,
     robocup,
     similar_rooms,
     sonar_complex,
@@ -92,5 +93,11 @@ CATALOGUE = {
         "Zhuang et al. 2005, figures 4c and 4d",
         20,
         hybrid_dynamic.conduct,
+    ),
+    "node-chain": Experiment(
+        "unknown start among alike doors: nodes are passed until one candidate is left",
+        "Zhuang et al. 2005, section 3.2",
+        100,
+        node_chain_starts.conduct,
     ),
 }

@@ -9,6 +9,7 @@ that face each other sharing one, and edges from node to node.
 
 import itertools
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -36,8 +37,13 @@ FEATURE_SIGMA = 0.02
 """m that the place of a feature is known to."""
 
 FIRST_DOOR, LEAST_GAP, MOST_GAP = 1.5, 1.9, 4.5
-"""m to the first door of a side, and from one to the next, middle to middle."""
+"""m to the first door of a side at least, and from one to the next, middle to middle."""
+MODULE_GAPS = 2.4, 3.6, 4.8
+"""m from door to door in a building that is planned in modules of 1.2 m."""
+REGULAR_GAP = 3.0
 SHARE_OPEN = 0.35
+
+Spacing = Literal["irregular", "modular", "regular"]
 
 
 @dataclass(frozen=True)
@@ -55,19 +61,31 @@ class Corridor:
 
     length: float
     doors: tuple[CorridorDoor, ...]
+    has_hall: bool = True
 
 
-def corridor_of(length: float, seed: int) -> Corridor:
-    """Return a corridor whose doors stand irregularly; the same seed gives the same."""
+def corridor_of(length: float, seed: int, spacing: Spacing = "irregular") -> Corridor:
+    """Return a corridor with doors; the same seed gives the same.
+
+    They stand irregularly, in modules, or all closed, at equal distances and facing each other, so
+    that the corridor looks the same from both ends.
+    """
     rng = np.random.default_rng([seed, 4])
     doors = []
     for side in (1, -1):
-        x = FIRST_DOOR + rng.uniform(0.0, 2.0)
-        while x < length - 1.5:
+        x = FIRST_DOOR + (0.0 if spacing == "regular" else rng.uniform(0.0, 2.0))
+        while x <= length - FIRST_DOOR:
             place = round(x / CELL) * CELL
-            doors.append(CorridorDoor(place, side, bool(rng.random() < SHARE_OPEN)))
-            x += rng.uniform(LEAST_GAP, MOST_GAP)
+            is_open = spacing != "regular" and bool(rng.random() < SHARE_OPEN)
+            doors.append(CorridorDoor(place, side, is_open))
+            x += _gap(spacing, rng)
     return Corridor(length, tuple(sorted(doors, key=lambda door: (door.x, door.side))))
+
+
+def _gap(spacing: Spacing, rng: np.random.Generator) -> float:
+    if spacing == "irregular":
+        return float(rng.uniform(LEAST_GAP, MOST_GAP))
+    return float(rng.choice(MODULE_GAPS)) if spacing == "modular" else REGULAR_GAP
 
 
 def floor_of(corridor: Corridor) -> OccupancyMap:
@@ -76,11 +94,11 @@ def floor_of(corridor: Corridor) -> OccupancyMap:
     canvas = FloorCanvas(corridor.length + HALL, 2.0 * deep, CELL, margin=2.0 * WALL)
     drawing = _Drawing(canvas, deep)
     drawing.space(0.0, -HALF_WIDTH, corridor.length, HALF_WIDTH)
-    drawing.space(corridor.length + WALL, -HALL / 2.0, corridor.length + HALL, HALL / 2.0)
+    if corridor.has_hall:
+        drawing.hall(corridor.length)
     for door in corridor.doors:
         if door.is_open:
             drawing.room(_room_of(corridor, door), door.side)
-    drawing.floor(corridor.length - WALL, -HALF_WIDTH, corridor.length + 2.0 * WALL, HALF_WIDTH)
     for door in corridor.doors:
         drawing.doorway(door)
     floor = canvas.to_map()
@@ -92,7 +110,7 @@ def floor_of(corridor: Corridor) -> OccupancyMap:
 
 def walkable(corridor: Corridor) -> OccupancyMap:
     """Return the corridor alone, where people walk about."""
-    alone = floor_of(Corridor(corridor.length, ()))
+    alone = floor_of(Corridor(corridor.length, (), corridor.has_hall))
     cells = alone.cells.copy()
     cells[:, alone.geometry.cells_of([[corridor.length, 0.0]])[0, 1] :] = UNKNOWN
     return OccupancyMap(alone.geometry, cells)
@@ -129,10 +147,9 @@ def features_of(corridor: Corridor) -> Features:
     """Return the doors of a corridor and the corners at its beginning and its end, in map."""
     doors = [(door.x, door.side * HALF_WIDTH, door.side * np.pi / 2.0) for door in corridor.doors]
     corners = [(0.0, side * HALF_WIDTH, -side * np.pi / 4.0) for side in (1, -1)]
-    mouth = [
-        (corridor.length, side * HALF_WIDTH, side * 3.0 * np.pi / 4.0 - np.pi) for side in (1, -1)
-    ]
-    poses = np.array([*doors, *corners, *mouth]).reshape(-1, 3)
+    facing = 0.25 * np.pi if corridor.has_hall else -0.75 * np.pi
+    ends = [(corridor.length, side * HALF_WIDTH, side * facing) for side in (1, -1)]
+    poses = np.array([*doors, *corners, *ends]).reshape(-1, 3)
     kinds = np.full(len(poses), KINDS.index("corner"))
     kinds[: len(doors)] = KINDS.index("door")
     widths = np.where(kinds == KINDS.index("door"), DOOR_WIDTH, np.nan)
@@ -178,6 +195,11 @@ class _Drawing:
         """Lay floor within walls."""
         self.solid(x0 - WALL, y0 - WALL, x1 + WALL, y1 + WALL)
         self.floor(x0, y0, x1, y1)
+
+    def hall(self, x: float) -> None:
+        """Lay the hall, open to the corridor that ends at x."""
+        self.space(x + WALL, -HALL / 2.0, x + HALL, HALL / 2.0)
+        self.floor(x - WALL, -HALF_WIDTH, x + 2.0 * WALL, HALF_WIDTH)
 
     def room(self, along: tuple[float, float], side: int) -> None:
         """Lay a room behind the wall of a side."""

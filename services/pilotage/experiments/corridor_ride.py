@@ -100,6 +100,15 @@ class CorridorRide:
             driven += gone
             waited = waited + 10 * TICK_S if gone < 1e-4 else 0.0
 
+    def turn_round(self) -> None:
+        """Turn on the spot until the robot looks back along the corridor."""
+        back = wrap(float(self._simulation.pose[2]) + np.pi)
+        aim = 0.0 if np.cos(back) > 0.0 else np.pi
+        while abs(left := wrap(aim - float(self.truth[2]))) > 0.05:
+            self._simulation.want(0.0, 0.8 * np.sign(left))
+            self._simulation.tick()
+        self._simulation.count_wheels()
+
     def wait(self, seconds: float) -> None:
         """Stand still while people walk on."""
         self._simulation.want(0.0, 0.0)

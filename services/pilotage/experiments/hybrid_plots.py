@@ -12,6 +12,7 @@ from pilotage.experiments.hybrid_trial import WAY, Place, Ride
 from pilotage.experiments.plots import draw_place
 
 ESTIMATE, LOST, TRUE, DOOR, NODE = "#1f77b4", "#c0392b", "#7f8c8d", "#1e8449", "black"
+PEOPLE = "#e67e22"
 RADIUS = 0.25
 """m of the circle that stands for the robot."""
 PAPER_MEANS = {"static": 4.85, "dynamic": 3.2}
@@ -104,7 +105,9 @@ def _draw_ride(axes: Axes, ride: Ride, colour: str, label: str) -> None:
 
 def _draw_people(axes: Axes, ride: Ride) -> None:
     seen = np.concatenate([cycle.people for cycle in ride.cycles[::4]])
-    axes.scatter(*seen[:, :2].T, s=18, color="#e67e22", alpha=0.35, label="people, now and then")
+    axes.plot(
+        *seen[:, :2].T, "o", markersize=4, color=PEOPLE, alpha=0.35, label="people, now and then"
+    )
 
 
 def _draw_collision(floor: Axes, curve: Axes, ride: Ride) -> None:
@@ -136,7 +139,7 @@ def _titled(letter: str, rides: Sequence[Ride], paper: float) -> str:
 def _finished(figure: Figure, floor: Axes, curve: Axes) -> Figure:
     floor.set_ylim(-5.6, 5.6)
     floor.legend(loc="upper right", fontsize="small")
-    curve.set(xlabel=f"cycle, every {WAY:g} m", ylabel="pairs of lines", ylim=(-0.3, None))
+    curve.set(xlabel=f"cycle, every {WAY:g} m", ylabel="pairs of lines", ylim=(-0.3, 12.0))
     curve.set_xticks(range(1, 21))
     curve.legend(loc="upper right", fontsize="small")
     curve.grid(alpha=0.3)

@@ -7,7 +7,7 @@ what was seen may have been no node of the map at all. The weights are those of 
 algorithm: what leads to the same place adds up. Several candidates that are left are several.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,7 @@ class NodeChain:
         steps = _steps(carried, self.places, self.params)
         fits = _fitted(link.seen, np.unique(steps.places), self.places, self.params)
         arrived = _arrived(carried, steps, fits, self.params)
-        strayed = _strayed(carried, self.params)
+        strayed = _strayed(carried, link.seen, self.places, self.params)
         self.candidates = _kept(_joined(arrived, strayed), self.params)
         self.links.append(link)
 
@@ -168,15 +168,8 @@ def _fitted(
 ) -> _Fits:
     """Return how well what is seen fits some places, and where exactly the robot is there."""
     expected = places.poses[which]
-    near = seen.chosen(np.hypot(seen.poses[:, 0], seen.poses[:, 1]) <= params.seen_within)
-    variances = np.trace(near.covariances, axis1=1, axis2=2) / 2.0 + params.blur**2
-    evidence, offsets, known, pairs = weigh_places(
-        Seen(near.kinds, near.poses, near.widths, variances),
-        places.bound,
-        places.nodes[which],
-        expected,
-        _model(params),
-    )
+    nodes = places.nodes[which]
+    evidence, offsets, known, pairs = _weighed(seen, nodes, expected, places, params)
     information = np.zeros((len(which), 3, 3))
     information[:, [0, 1], [0, 1]] = known[:, :1]
     information[:, 0, 2] = information[:, 2, 0] = known[:, 1]
@@ -184,6 +177,20 @@ def _fitted(
     information[:, 2, 2] = known[:, 3]
     covariances = _turned(np.asarray(np.linalg.inv(information), np.float64), -offsets[:, 2])
     return _Fits(which, evidence, se2.compose(expected, offsets), covariances, pairs)
+
+
+def _weighed(
+    seen: Features,
+    nodes: NDArray[np.int64],
+    expected: NDArray[np.float64],
+    places: ChainMap,
+    params: ChainParams,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Return what `weigh_places` does for poses (m, 3) in map at which nodes (m,) are near."""
+    near = seen.chosen(np.hypot(seen.poses[:, 0], seen.poses[:, 1]) <= params.seen_within)
+    variances = np.trace(near.covariances, axis1=1, axis2=2) / 2.0 + params.blur**2
+    about = Seen(near.kinds, near.poses, near.widths, variances)
+    return weigh_places(about, places.bound, nodes, expected, _model(params))
 
 
 def _arrived(carried: Candidates, steps: _Steps, fits: _Fits, params: ChainParams) -> Candidates:
@@ -232,17 +239,21 @@ def _agreement(
     return agreement
 
 
-def _strayed(carried: Candidates, params: ChainParams) -> Candidates:
-    """Return the candidates for which what was seen is no node of the map."""
-    return Candidates(
-        carried.places,
-        carried.at_node,
-        carried.poses,
-        carried.covariances,
-        carried.log_weights + np.log(params.false),
-        carried.parents,
-        carried.pairs,
-    )
+def _strayed(
+    carried: Candidates, seen: Features, places: ChainMap, params: ChainParams
+) -> Candidates:
+    """Return the candidates for which what was seen is no node of the map.
+
+    What is about there may be known all the same: from the nearest node.
+    """
+    weights = carried.log_weights + np.log(params.false)
+    known = np.flatnonzero(carried.places != NOWHERE)
+    if len(known):
+        poses = carried.poses[known]
+        reached = places.reached(places.nodes[carried.places[known]], params.most_missed + 1)
+        nearest = places.nearest(reached, poses)
+        weights[known] += _weighed(seen, nearest, poses, places, params)[0]
+    return replace(carried, log_weights=weights)
 
 
 def _joined(one: Candidates, other: Candidates) -> Candidates:

@@ -39,7 +39,7 @@ class ChainParams:
     """Probability to pass a node of the map without noticing; the price of each one skipped."""
     most_missed: int = 3
     """At most so many are skipped in a row."""
-    false: float = 0.03
+    false: float = 0.05
     """Probability that what was taken for a node is none of the map."""
     way_growth: float = 0.03
     """Share of a way by which odometry may err beyond its covariance."""

@@ -79,6 +79,15 @@ class ChainMap:
             reached = reached[first]
         return reached
 
+    def nearest(self, reached: NDArray[np.int64], poses: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return for each pose (k, 3) the nearest of the nodes that `reached` says of its start."""
+        starts, nodes, _ = reached.T
+        x, y, _ = (self.poses[self._firsts[nodes]] - poses[starts]).T
+        order = np.lexsort((nodes, np.round(np.hypot(x, y), 9), starts))
+        _, first = np.unique(starts[order], return_index=True)
+        nearest: NDArray[np.int64] = nodes[order[first]]
+        return nearest
+
     def places_of(self, nodes: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return for nodes (k,) their places, and of which of the k each is one."""
         counts = np.diff(self._firsts)[nodes]
