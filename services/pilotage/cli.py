@@ -24,7 +24,7 @@ DEMOS = (
 
 
 class Method(Enum):
-    """How to localize: by the exact belief, by particles, by the lines of walls."""
+    """How to localize: by the exact belief, by particles, by following walls."""
 
     markov = "markov"
     mcl = "mcl"

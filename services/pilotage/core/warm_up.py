@@ -18,6 +18,7 @@ WARM_UPS = [
     "pilotage.localizer.landmark_kernels:warm_up",
     "pilotage.localizer.landmark_tile_kernels:warm_up",
     "pilotage.localizer.evidence_kernels:warm_up",
+    "pilotage.localizer.line_ekf_kernels:warm_up",
     "pilotage.localizer.peaks:warm_up",
     "pilotage.mapper.warm_up:warm_up",
     "pilotage.planner.information:warm_up",
