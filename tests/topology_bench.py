@@ -35,6 +35,13 @@ CELL = 0.05
 LASER = np.array([0.12, 0.0, 0.0])
 BEARINGS = np.linspace(-math.pi / 2.0, math.pi / 2.0, 361)
 REACH = 12.0
+CUPBOARDS = (
+    *(((16, 28), (120, 140)), ((16, 24), (206, 226)), ((60, 80), (110, 120))),
+    *(((90, 100), (226, 236)), ((244, 264), (20, 44)), ((200, 216), (4, 12))),
+    *(((252, 264), (70, 90)), ((180, 196), (94, 104))),
+)
+"""Rows and columns of each, from and to."""
+
 HEARD: dict[str, type[Message]] = {
     "topology": TopologicalMap,
     "node_arrival": NodeArrival,
@@ -44,11 +51,16 @@ HEARD: dict[str, type[Message]] = {
 
 
 def flat() -> OccupancyMap:
-    """A corridor of 12 m x 2 m with a room of 5 m on either side, each behind a door of 0.9 m."""
+    """A corridor of 12 m x 2 m with a room of 5 m on either side, each behind a door of 0.9 m.
+
+    Cupboards stand along the walls of the rooms, by whose corners a robot can be found.
+    """
     rows, cols = 280, 240
     cells = np.full((rows, cols), 100, np.int8)
     cells[120:160, 4:236] = 0
     cells[164:264, 4:104] = cells[16:116, 110:236] = 0
+    for rows_of, cols_of in CUPBOARDS:
+        cells[slice(*rows_of), slice(*cols_of)] = 100
     cells[160:164, 40:58] = cells[116:120, 170:188] = 0
     return OccupancyMap(GridGeometry(rows, cols, CELL), cells)
 
