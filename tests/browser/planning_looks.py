@@ -14,7 +14,8 @@ PLACED = """([x, y]) => Promise.all([import('/static/view.js')]).then(([m]) => {
   const isPhone = matchMedia('(width < 760px)').matches;
   const view = new m.View();
   view.size = { width, height };
-  view.inset = m.frameFor(isPhone ? 148 : 0, !document.querySelector('#notice').hidden);
+  const chips = document.querySelector('#layers').offsetHeight;
+  view.inset = m.frameFor(isPhone ? 148 : 0, !document.querySelector('#notice').hidden, chips);
   view.bounds = { x0: 0, y0: 0, x1: 26, y1: 13 };
   view.fit(false);
   const at = view.toScreen({ x, y });

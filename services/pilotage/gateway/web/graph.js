@@ -1,5 +1,6 @@
 // The topological map as the page uses it: places by id, ways as points, what lies near: pure.
 
+import { capitalized } from "./format.js";
 import { distance, wrap } from "./geometry.js";
 
 /** Features of two places that are nearer than this, alike and turned alike are one. */
@@ -89,7 +90,7 @@ function farFrom([ax, ay], [bx, by], [x, y]) {
 }
 
 /** What a node is called. */
-export const nameOf = (node) => node.name || `Place ${node.id}`;
+export const nameOf = (node) => capitalized(node.name || `place ${node.id}`);
 
 /** "2 doors, 1 corner": how many there are of each kind. */
 export function countText(kinds) {

@@ -15,6 +15,7 @@ export const LAYERS = [
   { id: "goal", name: "Goal", colour: "goal", form: "cross", topic: "goal", from: "planner" },
   { id: "graph", name: "Graph", colour: "graph", form: "graph", topic: "topology", from: "topology" },
   { id: "matches", name: "Matched", colour: "graph", form: "pairs", key: "m", topic: "matched_lines", from: "localizer", or: ["matched_features", "topology"] },
+  { id: "camera", name: "Camera", colour: "text-2", form: "star", key: "c", topic: "vertical_edges", from: "robot", or: ["landmarks", "robot"], off: true },
 ];
 const ON_PHONE = 3;
 
@@ -28,6 +29,7 @@ const FORMS = {
   diamond: "M8 1l5 5-5 5-5-5z",
   graph: "M2 9l5-6 7 6M7 3h.1M2 9h.1M14 9h.1",
   pairs: "M1 3h14M5 10h8M8 4v1M8 7v1",
+  star: "M8 1v10M3.700 3.500l8.600 5M12.300 3.500l-8.600 5",
   cross: "M8 1a5 5 0 1 1 0 10A5 5 0 1 1 8 1zM8 4v4M6 6h4",
 };
 

@@ -167,7 +167,7 @@ for (const topic of ["matched_lines", "matched_features"]) {
     scene.touch();
   });
 }
-for (const topic of ["node_arrival", "relocalization"]) state.on(topic, () => scene.touch());
+for (const topic of ["node_arrival", "relocalization", "landmarks", "vertical_edges", "gaze_command"]) state.on(topic, () => scene.touch());
 state.on("potential", ({ message }) => scene.takePotential(message));
 for (const topic of ["scan", "sonar", "ground_truth", "plan", "path", "goal", "planning_status"]) state.on(topic, () => scene.touch());
 

@@ -11,8 +11,14 @@ const ANY_HEADING = 3;
 
 export const letterOf = (i) => String.fromCharCode(65 + i);
 
-/** How uncertainty is expected to change: "−1.3 bits". */
-export const gainText = (gain) => withUnit(-gain, 1, "bits");
+/** Less than this is nothing worth a number. */
+const LEAST_BITS = 0.05;
+
+/** How uncertainty is expected to change: "−1.3 bits", or in words that it hardly will. */
+export const gainText = (gain) => (gain < LEAST_BITS ? "hardly any gain" : withUnit(-gain, 1, "bits"));
+
+/** The label of candidate `i`: its letter, and its gain if there is one. */
+export const lookLabel = (i, gain) => (gain < LEAST_BITS ? letterOf(i) : `${letterOf(i)} ${gainText(gain)}`);
 
 /** What the page draws of the planner's intentions; nothing once it is idle. */
 export function intentions(state) {

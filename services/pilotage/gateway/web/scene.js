@@ -3,6 +3,7 @@
 // Drawn on demand: a frame is asked for when something has changed, and none while hidden.
 
 import { BeliefLayer } from "./layers/belief.js";
+import { cameraView, drawCamera } from "./layers/camera.js";
 import { drawCandidates, drawWayThere, labelChosen, labelOthers } from "./layers/candidates.js";
 import { drawGoal, drawPath } from "./layers/goal.js";
 import { GraphLayer } from "./layers/graph.js";
@@ -179,6 +180,8 @@ export class Scene {
       drawTrail(context, view, palette, this.trail.points, state.clock.unixMs(), TRAIL_MS);
     }
     if (layers.has("scan") && robot) drawEnds(context, view, palette, this.ends(), robot);
+    const seen = layers.has("camera") && robot && cameraView(state);
+    if (seen) drawCamera(context, view, palette, robot, seen);
     // A map that was made here begins where the robot stood: the truth is of another frame.
     const isTrueMap = !state.message("mapping_status")?.sensor;
     const truth = layers.has("truth") && isTrueMap && state.message("ground_truth");

@@ -1,6 +1,6 @@
 // Places from which the robot might look: hollow diamonds, and what each look is expected to tell.
 
-import { gainText, letterOf, LETTERED } from "../planning.js";
+import { LETTERED, lookLabel } from "../planning.js";
 import { pathLine } from "./goal.js";
 
 const HALF = 7;
@@ -57,7 +57,7 @@ export function labelOthers(labels, view, palette, candidates) {
 function write(labels, view, palette, candidates, i) {
   const { pose: at, expected_gain: gain } = candidates[i];
   const colours = { fill: palette.panel, edge: i ? palette["text-3"] : palette.robot, ink: palette["text-1"] };
-  labels.write(`${letterOf(i)} ${gainText(gain)}`, view.toScreen(at), HALF + 5, colours);
+  labels.write(lookLabel(i, gain), view.toScreen(at), HALF + 5, colours);
 }
 
 function diamond(context, { x, y }, half) {

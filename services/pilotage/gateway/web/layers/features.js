@@ -1,11 +1,12 @@
 // Doors, passages and corners, each in a form of its own and, where it has one, at its true width.
 //
 // A door: its leaf open along the way, and the arc that it swings through. A passage: its two
-// jambs and a dotted sill. A corner: an L into the free space, and the line that halves it.
+// jambs and a dotted sill. A corner: an L into the free space, and a dash on the line that halves it.
 
-const LEAST_PX = 9;
+const LEAST_PX = 16;
 const JAMB_PX = 5;
-const [ARM_PX, BISECTOR_PX, OFF_PX] = [7, 9, 3];
+const [OFF_PX, ARM_PX] = [3, 7];
+const BISECTOR_PX = [6, 10];
 const CORNERS_FROM = 14;
 
 /** Traces the solid lines of the features that `isSeen` in px; dotted ones go to `dotted`. */
@@ -22,6 +23,17 @@ export function traceFeatures(solid, dotted, view, features, isSeen) {
       if (feature.kind === "door") traceDoor(solid, at, angle, half);
       else tracePassage(solid, dotted, at, angle, half);
     }
+  }
+}
+
+/** Lets no label lie on the open leaves of doors. */
+export function keepDoorsFree(labels, view, features, isSeen) {
+  for (const { kind, pose, width } of features) {
+    const at = view.toScreen(pose);
+    const half = ((width ?? 0) * view.scale) / 2;
+    if (kind !== "door" || !isSeen(at) || 2 * half < LEAST_PX) continue;
+    const angle = view.screenAngle(pose.theta);
+    labels.keepFree({ x: at.x + half * Math.cos(angle), y: at.y + half * Math.sin(angle) }, half);
   }
 }
 
@@ -54,11 +66,11 @@ function traceCorner(path, at, angle) {
   };
   const tip = along(at, 0, OFF_PX);
   const [left, right] = [Math.PI / 4, -Math.PI / 4].map((turn) => along(tip, turn, ARM_PX));
-  const end = along(tip, 0, BISECTOR_PX);
+  const [start, end] = BISECTOR_PX.map((length) => along(tip, 0, length));
   path.moveTo(left.x, left.y);
   path.lineTo(tip.x, tip.y);
   path.lineTo(right.x, right.y);
-  path.moveTo(tip.x, tip.y);
+  path.moveTo(start.x, start.y);
   path.lineTo(end.x, end.y);
 }
 

@@ -5,7 +5,7 @@
 // drawn.
 
 import { nameOf, simplified } from "../graph.js";
-import { traceFeatures } from "./features.js";
+import { keepDoorsFree, traceFeatures } from "./features.js";
 
 const TILE_M = 20;
 const [EDGE, ROUTE, CASING] = [1.5, 3, 6];
@@ -13,6 +13,9 @@ const EDGE_ALPHA = 0.75;
 const RADIUS = 5;
 const STROKE = 2;
 const ROOM_PX = 13;
+/** From afar places are small and thin, or they would hide the building: [radius, stroke]. */
+const AFAR = [3, 1.5];
+const AFAR_BELOW = 16;
 const NAMES_FROM = 24;
 const ROUND_FROM = 20;
 const STRAY_M = 0.08;
@@ -89,6 +92,7 @@ export class GraphLayer {
   label(labels, view, palette, first) {
     if (!this.graph || view.scale < NAMES_FROM) return;
     for (const { at } of this.placed) labels.keepFree(at, RADIUS);
+    keepDoorsFree(labels, view, this.graph.features, (at) => isInside(at, view.size));
     const ids = new Set(first);
     const order = [...this.placed].sort((a, b) => ids.has(b.node.id) - ids.has(a.node.id));
     const colours = { halo: palette.free, ink: palette["text-2"] };
@@ -148,7 +152,7 @@ export class GraphLayer {
 
   bakeNodes(context, view, ratio, palette) {
     this.placed = placedOf(this.graph.nodes, view, (at) => isInside(at, view.size));
-    const stamp = stampOf(ratio, palette);
+    const stamp = stampOf(ratio, palette, view.scale < AFAR_BELOW ? AFAR : [RADIUS, STROKE]);
     const half = stamp.width / 2;
     // Laid on whole pixels, or the image would blur.
     context.setTransform(1, 0, 0, 1, 0, 0);
@@ -198,23 +202,24 @@ export function placedOf(nodes, view, isSeen) {
   return placed;
 }
 
-function drawNode(context, { x, y }, colour, fill) {
+function drawNode(context, { x, y }, colour, fill, [radius, stroke] = [RADIUS, STROKE]) {
   context.beginPath();
-  context.arc(x, y, RADIUS, 0, 2 * Math.PI);
+  context.arc(x, y, radius, 0, 2 * Math.PI);
   context.fillStyle = fill;
   context.fill();
   context.strokeStyle = colour;
-  context.lineWidth = STROKE;
+  context.lineWidth = stroke;
   context.stroke();
 }
 
 /** A node as an image: thousands of them are laid faster than drawn. */
-function stampOf(ratio, palette) {
-  const half = RADIUS + STROKE;
+function stampOf(ratio, palette, size) {
+  const half = size[0] + size[1];
   const stamp = new OffscreenCanvas(Math.ceil(2 * half * ratio), Math.ceil(2 * half * ratio));
   const context = stamp.getContext("2d");
   context.scale(ratio, ratio);
-  drawNode(context, { x: stamp.width / ratio / 2, y: stamp.height / ratio / 2 }, palette.graph, palette.panel);
+  const middle = { x: stamp.width / ratio / 2, y: stamp.height / ratio / 2 };
+  drawNode(context, middle, palette.graph, palette.panel, size);
   return stamp;
 }
 

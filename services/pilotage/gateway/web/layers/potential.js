@@ -1,9 +1,10 @@
 // The potential field: lines of equal value only, so that it overlays the belief without mixing.
 //
 // Lines are found once per message, in a worker, and drawn once per view; until either changes, a
-// picture of them is laid over the map.
+// picture of them is laid over the map. From afar, every other level and rings round single
+// pieces of furniture are left out: they would hide the field's shape, and the ways between.
 
-import { gradientAt } from "./contours.js";
+import { gradientAt, isLarge } from "./contours.js";
 import { into } from "../geometry.js";
 import { placeImage } from "./walls.js";
 
@@ -12,6 +13,8 @@ const EVERY = 4;
 const ALPHA = 0.65;
 const [THIN, THICK] = [1, 1.8];
 const ARROW_PX = 30;
+const RING_M = 5;
+const CLOSE_FROM = 20;
 
 export class PotentialLayer {
   /** `onLines()` hears when the lines of a field that was taken can be drawn. */
@@ -37,14 +40,13 @@ export class PotentialLayer {
     if (number !== this.taken) return;
     const { origin } = this.field;
     const resolution = this.field.resolution / factor;
-    const isThick = (_, i) => i % EVERY === EVERY - 1;
-    this.lines = {
-      origin,
-      resolution,
-      fine,
-      thick: pathOf(lines.filter(isThick), resolution),
-      thin: pathOf(lines.filter((line, i) => !isThick(line, i)), resolution),
-    };
+    const isShape = (line) => isLarge(line, RING_M / resolution);
+    const levels = lines.map((level, i) => ({
+      shapes: pathOf(level.filter(isShape), resolution),
+      rings: pathOf(level.filter((line) => !isShape(line)), resolution),
+      pixels: i % EVERY === EVERY - 1 ? THICK : THIN,
+    }));
+    this.lines = { origin, resolution, fine, levels };
     this.forget();
     this.onLines();
   }
@@ -111,14 +113,17 @@ export class PotentialLayer {
     context.globalCompositeOperation = "source-over";
     context.clearRect(0, 0, width, height);
     view.applyTo(context, ratio);
-    const { origin, thin, thick } = this.lines;
+    const { origin, levels } = this.lines;
     placeImage(context, origin);
     context.strokeStyle = colour;
     context.lineJoin = "round";
-    for (const [path, pixels] of [[thin, THIN], [thick, THICK]]) {
+    const isAfar = view.scale < CLOSE_FROM;
+    levels.forEach(({ shapes, rings, pixels }, i) => {
+      if (isAfar && i % 2 === 0) return;
       context.lineWidth = pixels / view.scale;
-      context.stroke(path);
-    }
+      context.stroke(shapes);
+      if (!isAfar) context.stroke(rings);
+    });
     if (!this.walls.grid) return;
     context.globalCompositeOperation = "destination-in";
     this.walls.draw(context, view, ratio, "floor");
@@ -130,9 +135,9 @@ function cellAt(origin, resolution, { x, y }) {
   return [local.x / resolution, local.y / resolution];
 }
 
-function pathOf(levels, resolution) {
+function pathOf(lines, resolution) {
   const path = new Path2D();
-  for (const line of levels.flat()) {
+  for (const line of lines) {
     line.forEach(([col, row], i) => {
       if (i) path.lineTo(col * resolution, row * resolution);
       else path.moveTo(col * resolution, row * resolution);
