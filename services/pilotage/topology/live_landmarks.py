@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pilotage.topology.features import KINDS, Features
 
-CORNER = KINDS.index("corner")
+CORNER, PASSAGE = KINDS.index("corner"), KINDS.index("passage")
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,8 @@ class LandmarkParams:
     """m between two sightings of an opening."""
     least_sightings: int = 4
     """From different places; what is seen less often may be a person or a shadow."""
+    least_passages: int = 8
+    """Sightings of a passage: it is wide and seen from afar, and shadows look like one."""
     least_sigma: float = 0.02
     """m; sightings from nearby err alike, so their mean does not get better without end."""
 
@@ -57,7 +59,9 @@ class Landmarks:
     @property
     def is_certain(self) -> NDArray[np.bool_]:
         """Say which (n,) were seen often enough, and are not another one again."""
-        often: NDArray[np.bool_] = self.counts >= self.params.least_sightings
+        is_passage = self.features.kinds == PASSAGE
+        least = np.where(is_passage, self.params.least_passages, self.params.least_sightings)
+        often = np.asarray(self.counts >= least, np.bool_)
         return often & ~self._shadowed(often)
 
     def add(self, seen: Features) -> NDArray[np.int64]:

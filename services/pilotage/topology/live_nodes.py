@@ -15,6 +15,8 @@ from pilotage.topology.features import KINDS, Features
 from pilotage.topology.live_record import Record
 from pilotage.topology.topological_map import NodeKind
 
+SAME_STOP, ROUNDING = 0.02, 1e-6
+"""m between stops that are one place, and between distances that are the same."""
 CORNER, DOOR = KINDS.index("corner"), KINDS.index("door")
 
 
@@ -151,9 +153,7 @@ class NodeWalk:
             return -1
         places = np.array([node.pose[:2] for node in self.nodes])
         here = _apart(places, record.poses[stop])
-        before = _apart(places, record.poses[max(stop - 1, 0)])
-        after = _apart(places, record.poses[min(stop + 1, len(record.poses) - 1)])
-        nearest = (here <= before) & (here < after) & (here < self.params.merge)
+        nearest = _is_nearest(places, record, stop) & (here < self.params.merge)
         for number in np.flatnonzero(nearest)[np.argsort(here[nearest])]:
             if here[number] < self.params.same or self._shares(record, int(number), stop):
                 return int(number)
@@ -210,15 +210,29 @@ class NodeWalk:
         """Say whether an opening that is seen from here is nearest here."""
         near = openings[np.isin(openings, record.seen_near(stop))]
         places = record.features.poses[near, :2]
-        here = _apart(places, record.poses[stop])
-        before = _apart(places, record.poses[max(stop - 1, 0)])
-        after = _apart(places, record.poses[min(stop + 1, len(record.poses) - 1)])
-        return bool(((here <= before) & (here < after) & (here < self.params.abreast)).any())
+        is_abreast = _apart(places, record.poses[stop]) < self.params.abreast
+        return bool((_is_nearest(places, record, stop) & is_abreast).any())
 
 
 def _apart(places: NDArray[np.float64], pose: NDArray[np.float64]) -> NDArray[np.float64]:
     apart: NDArray[np.float64] = np.hypot(places[:, 0] - pose[0], places[:, 1] - pose[1])
     return apart
+
+
+def _is_nearest(places: NDArray[np.float64], record: Record, stop: int) -> NDArray[np.bool_]:
+    """Say which places (n, 2) are nearer to a stop than to those before and after it.
+
+    Stops at which the robot only turned count as one.
+    """
+    lengths, here = record.lengths, _apart(places, record.poses[stop])
+    before = int(np.searchsorted(lengths, lengths[stop] - SAME_STOP)) - 1
+    after = int(np.searchsorted(lengths, lengths[stop] + SAME_STOP))
+    nearest = np.ones(len(places), np.bool_)
+    if before >= 0:
+        nearest &= here <= _apart(places, record.poses[before]) + ROUNDING
+    if after < len(lengths):
+        nearest &= here < _apart(places, record.poses[after]) - ROUNDING
+    return nearest
 
 
 def _in_opening(pose: NDArray[np.float64], doors: Features) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from pilotage.core import se2
 from pilotage.core.corners import CornerParams, find_corners
+from pilotage.core.line_extraction import LineParams, extract_lines
 from pilotage.topology.door_edges import SeenEdges
 from pilotage.topology.features import KINDS, Features
 from pilotage.topology.scan_view import ScanView
@@ -17,6 +18,7 @@ CORNER, PASSAGE = KINDS.index("corner"), KINDS.index("passage")
 
 THICKEST, NEAR = 0.3, 3.0
 """m from a passage between which walls along its way are looked for: beyond its own jambs."""
+SHORT_LINES = LineParams(least_length=0.25, least_beams=5)
 STRETCH, WALL = 0.2, 0.7
 """m of wall that a hit stands for, and that makes a corridor."""
 
@@ -28,8 +30,8 @@ class SeenParams:
     corners: CornerParams = field(default_factory=CornerParams)
     doors: DoorParams = field(default_factory=DoorParams)
     mouths: MouthParams = field(default_factory=MouthParams)
-    least_line: float = 0.4
-    """Shorter lines make no corner: chairs and boxes have them."""
+    corner_lines: LineParams = SHORT_LINES
+    """Lines of corners may be shorter than walls: the reveals of doors have the best corners."""
     corner_reach: float = 8.0
     """Farther corners are seen too thinly."""
     flush: float = 0.3
@@ -50,8 +52,8 @@ def seen_features(
 
 
 def seen_corners(view: ScanView, params: SeenParams) -> Features:
-    """Return the corners of the longer lines of a scan, in base_link."""
-    lines = view.lines.chosen(view.lines.lengths >= params.least_line)
+    """Return the corners of a scan, in base_link."""
+    lines = extract_lines(view.ranges, view.angles, params.corner_lines)
     corners = find_corners(lines, params.corners)
     near = np.hypot(corners.poses[:, 0], corners.poses[:, 1]) <= params.corner_reach
     count = int(near.sum())
