@@ -40,8 +40,8 @@ HOMES = {
     ),
     "typer": Home(("pilotage.cli",), "the command line is cli.py"),
     "matplotlib": Home(
-        ("pilotage.experiments.", "pilotage.map_picture"),
-        "figures are drawn by experiments and by the map command: the services send data",
+        ("pilotage.experiments.", "pilotage.map_picture", "pilotage.topology_picture"),
+        "figures are drawn by experiments and by the map commands: the services send data",
     ),
 }
 
@@ -65,6 +65,7 @@ GLUE = {"__main__", "config", "service", "storage", "messages", "warm_up"} | {
         "takeover",
         "hearing",
         "showing",
+        "relocalization",
     ),  # parts of a service
 }
 """Modules of a computing package that may know messages, clocks or files."""

@@ -203,8 +203,8 @@ class RunFolder:
         if self._folder is None:
             return
         made = io.BytesIO()
-        # mypy takes the names of the arrays for np.savez's own options.
-        np.savez(made, **arrays)  # type: ignore[arg-type]
+        named: dict[str, Any] = dict(arrays)
+        np.savez(made, **named)
         content = made.getvalue()
         try:
             write_whole(self._folder, {DRIVE_FILE: hashlib.sha256(content).digest() + content})
