@@ -1,5 +1,7 @@
 """The topological map on the page: its layer, the pairs that are matched, what is told of both."""
 
+import math
+
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
@@ -16,6 +18,7 @@ pytestmark = pytest.mark.browser
 GRAPH = (139, 238, 189)
 GRAPH_LIGHT = (25, 102, 89)
 PANEL = (21, 28, 35)
+TEXT_1, TEXT_2 = (232, 237, 242), (169, 182, 194)
 ON_EDGE = (17.0, 6.5)
 EMPTY_ROOM = (10.0, 2.6)
 AT_PLACE, ROOM_PLACE = (11.85, 6.5), (11.2, 9.5)
@@ -138,7 +141,7 @@ def test_pairs_are_two_lines_and_a_dash_and_they_are_counted(
     eventually(lambda: seen(page, WHITE, beyond, 6, SOLID) > 10, 5.0, "what is seen")
     assert seen(page, WHITE, wall, 3, SOLID) == 0
     assert seen(page, GRAPH, wall, 4, 100) > 20, "what the map has"
-    assert 4 < seen(page, (232, 237, 242), (17.2, 7.85), 5, 120) < 40, "the dash between"
+    assert 4 < seen(page, TEXT_1, (17.2, 7.85), 5, 120) < 40, "the dash between"
     picture(page, "topology-matched")
     show.put(lines=2, features=0)
     expect(page.locator("#matched span")).to_have_text("2 lines")
@@ -203,6 +206,28 @@ def expect_no_graph(page: Page) -> None:
     expect(page.locator("#matched")).to_be_hidden()
     expect(page.locator("[data-chart=pairs]")).to_be_hidden()
     expect(page.locator("figure.chart:visible")).to_have_count(3)
+
+
+def test_the_camera_shows_where_it_looks_and_what_it_sees(
+    page: Page, show: TopologyShow, picture: Picture
+) -> None:
+    only_graph(page)
+    chip(page, "graph").click()
+    expect(chip(page, "camera")).to_have_text("Camera · none yet")
+    neither = "Neither vertical_edges of robot nor landmarks of robot has come"
+    expect(chip(page, "camera")).to_have_attribute("title", neither)
+    show.put(gaze=1.2)
+    expect(chip(page, "camera")).to_have_text("Camera")
+    landmark, ahead = (15.5, 8.5), (16.9, 6.95)
+    assert seen(page, TEXT_1, landmark, 9) == 0, "it is off at first"
+    page.keyboard.press("c")
+    eventually(lambda: seen(page, TEXT_1, landmark, 9) > 20, 5.0, "a landmark")
+    assert seen(page, TEXT_2, ahead, 8, 60) > 8, "the ray of an edge"
+    bow = (15.5 + 0.8 * math.cos(1.2), 6.5 + 0.8 * math.sin(1.2))
+    eventually(lambda: seen(page, TEXT_2, bow, 8) > 10, 5.0, "where it looks")
+    picture(page, "topology-camera")
+    show.put(gaze=None)
+    eventually(lambda: seen(page, TEXT_1, landmark, 9) == 0, 5.0, "old sightings gone")
 
 
 def test_by_daylight_the_graph_has_the_colour_of_the_light_theme(

@@ -13,6 +13,8 @@ from pilotage.bus.fabric import RefusedError
 from pilotage_schemas.commands import Nothing
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.message import Part
+from pilotage_schemas.planning import GazeCommand
+from pilotage_schemas.sensors import Landmark, LandmarkSightings, VerticalEdges
 from pilotage_schemas.topology import (
     Edge,
     Feature,
@@ -61,6 +63,8 @@ class Places:
     has_ways: bool = True
     extra: tuple[Node, ...] = ()
     kept: tuple[str, ...] = field(default=("ground floor",))
+    gaze: float | None = None
+    """Where the camera is told to look; None without a camera."""
 
 
 class TopologyShow(PlanningShow):
@@ -132,6 +136,10 @@ class TopologyShow(PlanningShow):
             self._tell("topology", "topology", topology(now, places))
         if (was is None or was.at != places.at) and places.at is not None:
             self._tell("topology", "node_arrival", arrival(now, places.at))
+        if places.gaze is not None:
+            self._tell("planner", "gaze_command", gaze(now, places.gaze))
+            self._tell("robot", "landmarks", landmarks(now))
+            self._tell("robot", "vertical_edges", vertical_edges(now))
         while self._queue:
             self._tell("topology", "relocalization", self._queue.pop())
         if self._ticks % 2 == 0:
@@ -284,6 +292,24 @@ def pairs(now: int, kind: str, expected: NDArray[np.float32], shift: float) -> M
     seen = expected + np.array([0.0, shift, 0.0, shift], np.float32)
     fields = {"stamp_ns": now, "frame_id": "map", "kinds": (kind,) * len(expected)}
     return MatchedPairs.model_validate(fields | {"seen": seen, "expected": expected})
+
+
+def gaze(now: int, pan: float) -> GazeCommand:
+    """Return where the camera is told to look."""
+    return GazeCommand(stamp_ns=now, frame_id="camera", pan=pan)
+
+
+def landmarks(now: int) -> LandmarkSightings:
+    """Return one landmark 2 m to the left of the robot."""
+    fields = {"kind": "beacon", "range": 2.0, "bearing": math.pi / 2}
+    sighting = Landmark.model_validate(fields | {"range_sigma": 0.1, "bearing_sigma": 0.02})
+    return LandmarkSightings(stamp_ns=now, frame_id="camera", sightings=(sighting,))
+
+
+def vertical_edges(now: int) -> VerticalEdges:
+    """Return the edges of a door ahead."""
+    bearings = np.array([0.3, -0.3], np.float32)
+    return VerticalEdges(stamp_ns=now, frame_id="camera", bearings=bearings, sigma=0.01)
 
 
 ROUTE = (4, 5, 6, room(3))
