@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from ekf_world import MAPPED, NICHED, ROOM, erring, lines_between, seen_from, walls_around
-from naive.line_ekf import match_in_turn as plain_match
+from pilotage.bench.reference_line_ekf import plain_match
 from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.core.grid import GridGeometry

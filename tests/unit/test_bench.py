@@ -7,6 +7,7 @@ import pytest
 
 from pilotage.bench import (
     building_cases,
+    ekf_cases,
     grid_cases,
     line_cases,
     mapping_cases,
@@ -20,6 +21,10 @@ from pilotage.bench.walk import BEAMS, LASER_BEAMS, STEP, corridor_walk, increme
 from pilotage.core import se2
 from pilotage.core.distance_field import distance_to_walls
 from pilotage.core.grid import OccupancyMap
+from pilotage.core.raycast import cast_scan
+from pilotage.localizer.ekf_sight import seen_walls, walls_of_map
+from pilotage.localizer.line_ekf import GaussianPose, LineEkfParams, track
+from pilotage.localizer.measurement import Beams
 from pilotage.localizer.pose_grid import PoseGridParams, pose_grid
 from pilotage.robot.simulator.floor_plans import office_floor
 
@@ -137,7 +142,9 @@ def test_the_suite_measures_everything_and_says_how_much_there_is(
     monkeypatch.setattr(mapping_cases, "REDRAWN", 5)
     monkeypatch.setattr(mapping_cases, "SCANS", 4)
     monkeypatch.setattr(line_cases, "SCANS", 2)
-    for module in (building_cases, particle_cases, mapping_cases, planner_cases, line_cases):
+    monkeypatch.setattr(ekf_cases, "CYCLES", 2)
+    in_office = building_cases, particle_cases, mapping_cases, planner_cases, line_cases, ekf_cases
+    for module in in_office:
         monkeypatch.setattr(module, "office_floor", small_office)
         monkeypatch.setattr(module, "OFFICE_CORRIDOR", (1.5, 7.0, 5.0))
     monkeypatch.setattr(building_cases, "CORRIDOR_MIDDLE", 3.0)
@@ -165,3 +172,18 @@ def small_office() -> OccupancyMap:
 
 def small_posterior(watch: Stopwatch) -> object:
     return grid_cases.exact_posterior_case(watch, side=10.0)
+
+
+def test_the_plain_filter_of_lines_corrects_a_pose_as_the_product_does() -> None:
+    world, params = small_office(), LineEkfParams()
+    known = walls_of_map(world)
+    rng, bearings = np.random.default_rng(1), np.linspace(-np.pi / 2.0, np.pi / 2.0, 361)
+    for pose in ([3.0, 5.0, 0.1], [6.0, 5.0, 2.0]):
+        ranges = cast_scan(world, pose, bearings, 12.0) + 0.01 * rng.standard_normal(361)
+        belief = GaussianPose(np.array(pose) + np.array([0.03, -0.04, 0.01]), ekf_cases.SURE)
+        beams = Beams(bearings, ranges, np.zeros(3), 12.0)
+        plain = ekf_cases.plain_cycle(belief, beams, known, params)
+        step = track(belief, np.zeros(3), seen_walls(beams), known, params)
+        assert len(step.pairs.lines) >= 2
+        assert plain.mean == pytest.approx(step.belief.mean, abs=0.01)
+        assert np.hypot(*(plain.mean - pose)[:2]) < 0.04

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 
 from pilotage.bench.building_cases import AREAS, growth_cases, office_cases
+from pilotage.bench.ekf_cases import ekf_cases
 from pilotage.bench.entry import Entry, Stopwatch
 from pilotage.bench.grid_cases import exact_posterior_case, hall_case
 from pilotage.bench.line_cases import line_cases
@@ -10,7 +11,7 @@ from pilotage.bench.mapping_cases import mapping_cases
 from pilotage.bench.particle_cases import COUNTS, particle_cases
 from pilotage.bench.planner_cases import planner_cases
 
-ENTRIES = 1 + 3 * len(AREAS) + 4 + 2 * len(COUNTS) + 3 + 2 + 1 + 1
+ENTRIES = 1 + 3 * len(AREAS) + 4 + 2 * len(COUNTS) + 3 + 2 + 2 + 1
 """How many entries there are, for a progress bar."""
 
 
@@ -28,4 +29,5 @@ def run_suite(watch: Stopwatch, peak_mb: Callable[[], float]) -> Iterator[Entry]
     yield from mapping_cases(watch)
     yield from planner_cases(watch)
     yield from line_cases(watch)
+    yield from ekf_cases(watch)
     yield from exact_posterior_case(watch)

@@ -1,4 +1,7 @@
-"""Matching walls in turn as the matrices say it: slow, plain, and one line at a time."""
+"""Matching walls in turn as the matrices say it, in plain numpy.
+
+The twin that the kernel is compared with in the tests and measured against.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +13,7 @@ from pilotage.localizer.line_ekf_kernels import Gate, Pieces
 Array = NDArray[np.float64]
 
 
-def match_in_turn(
+def plain_match(
     pose: Array, covariance: Array, seen: Pieces, known: Pieces, gate: Gate
 ) -> tuple[list[int], float, Array, Array]:
     """Return partners, log likelihood, and the pose and covariance that they lead to."""
@@ -54,12 +57,12 @@ def _gain(
     squared = float(residual @ np.linalg.solve(S, residual))
     if abs(residual[0]) > gate.facing or squared > gate.squared:
         return -np.inf
-    if overlap(at, spread, seen[0].ends[seen[1]], known[0].ends[known[1]], gate) < gate.overlap:
+    if _overlap(at, spread, seen[0].ends[seen[1]], known[0].ends[known[1]], gate) < gate.overlap:
         return -np.inf
     return -0.5 * (squared + float(np.log(np.linalg.det(2.0 * np.pi * S)))) - gate.clutter
 
 
-def overlap(at: Array, spread: Array, seen: Array, known: Array, gate: Gate) -> float:
+def _overlap(at: Array, spread: Array, seen: Array, known: Array, gate: Gate) -> float:
     """Return the share of a seen piece, ends (2, 2) in base_link, along one of the map."""
     along = (known[1] - known[0]) / np.hypot(*(known[1] - known[0]))
     in_map = se2.transform_points(at, seen)
