@@ -27,6 +27,8 @@ from pilotage.planner.config import PlannerSettings
 from pilotage.planner.service import PlannerService
 from pilotage.robot.config import RobotSettings
 from pilotage.robot.service import RobotService
+from pilotage.topology.config import TopologySettings
+from pilotage.topology.service import TopologyService
 from pilotage_schemas.codec import decode, encode
 from pilotage_schemas.localization import Belief, PoseEstimate
 from pilotage_schemas.mapping import MappingSensor
@@ -49,6 +51,8 @@ EXAMPLES = {
     "mapper by sonar": 40,
     "robot": 20,
     "planner": 60,
+    "topology": 60,
+    "topology by driving": 60,
 }
 
 
@@ -92,6 +96,13 @@ def planner(node: Node) -> object:
     )
 
 
+def topology_from(source: Literal["map", "drive"]) -> Build:
+    def build(node: Node) -> object:
+        return TopologyService(TopologySettings(build=source), node, Deployment())
+
+    return build
+
+
 SERVICES: dict[str, Build] = {
     "localizer": localizer_by("markov"),
     "localizer by mcl": localizer_by("mcl"),
@@ -100,6 +111,8 @@ SERVICES: dict[str, Build] = {
     "mapper by sonar": mapper_by("sonar"),
     "robot": robot,
     "planner": planner,
+    "topology": topology_from("map"),
+    "topology by driving": topology_from("drive"),
 }
 
 
