@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 Points = NDArray[np.float64]
+Picture = NDArray[np.uint8]
 
 Corners = list[tuple[float, float, float]]
 
@@ -53,7 +54,7 @@ def other_bearings() -> Points:
     return np.array([np.arctan2(-x, z) for x, z in places])
 
 
-def photograph(camera: PhotoCamera, rng: np.random.Generator, exposure: float = 1.0) -> Points:
+def photograph(camera: PhotoCamera, rng: np.random.Generator, exposure: float = 1.0) -> Picture:
     """Return the picture (h, w), shades 0 to 255."""
     size = camera.width * SUPERSAMPLED * 2, camera.height * SUPERSAMPLED * 2
     canvas = Image.new("L", size, 128)
@@ -62,8 +63,8 @@ def photograph(camera: PhotoCamera, rng: np.random.Generator, exposure: float = 
         ImageDraw.Draw(canvas).polygon([(float(x), float(y)) for x, y in flat], fill=shade)
     seen = _distorted(np.asarray(canvas, np.float32), camera)
     lit = seen * _light(seen.shape) * exposure
-    noisy = cv2.GaussianBlur(lit, (0, 0), 0.9)
-    noisy += np.sqrt(np.maximum(noisy, 1.0)) * 0.35 * rng.standard_normal(noisy.shape)
+    soft = np.asarray(cv2.GaussianBlur(lit, (0, 0), 0.9), np.float64)
+    noisy = soft + np.sqrt(np.maximum(soft, 1.0)) * 0.35 * rng.standard_normal(soft.shape)
     return _as_jpeg(np.clip(noisy, 0.0, 255.0).astype(np.uint8))
 
 
@@ -138,7 +139,7 @@ def _light(shape: tuple[int, ...]) -> NDArray[np.float32]:
     across, down = u / shape[1] - 0.5, v / shape[0] - 0.5
     vignette = 1.0 - 0.5 * (across**2 + down**2)
     shadow = 1.0 - 0.25 / (1.0 + np.exp(-(across + 0.8 * down - 0.1) * 25.0))
-    return (vignette * (1.0 + 0.25 * across) * shadow).astype(np.float32)
+    return np.asarray(vignette * (1.0 + 0.25 * across) * shadow, np.float32)
 
 
 def _as_jpeg(shades: NDArray[np.uint8]) -> NDArray[np.uint8]:

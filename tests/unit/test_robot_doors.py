@@ -110,7 +110,7 @@ def test_the_jambs_of_all_doors_and_the_leaves_that_hang_in_the_way_are_told() -
         ({"ends": [[0, 0], [1, 0]], "leaf": 0.5}, "door 1: leaf must be a thickness of at most"),
         ({"ends": [[0, 0], [1, 0]], "leaf": True}, "door 1: leaf must be a thickness of at most"),
         ({"ends": [[0, 0]]}, "door 1: ends must be two points"),
-        ({"ends": [[0, 0], [1, float("nan")]]}, "door 1: ends must be two points"),
+        ({"ends": [[0, 0], [1, float("nan")]]}, "door 1: its ends must be finite"),
         ({"ends": [[0, 0], ["a", 1]]}, "door 1: ends must be two points"),
         ({"ends": [[0, 0], [0.1, 0]]}, "door 1: its ends lie nearer than 0.3 m"),
     ],

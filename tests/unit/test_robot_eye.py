@@ -66,7 +66,8 @@ def jamb_bearings(pose: tuple[float, float, float]) -> NDArray[np.float64]:
     """Bearings of the jambs from the camera's joint, off the robot's x axis."""
     x = pose[0] + 0.05 * np.cos(pose[2]) - np.array([2.5, 3.5])
     y = pose[1] + 0.05 * np.sin(pose[2]) - 3.0
-    return np.arctan2(-y, -x) - pose[2]
+    bearings: NDArray[np.float64] = np.arctan2(-y, -x) - pose[2]
+    return bearings
 
 
 def test_where_there_are_doors_edges_come_at_the_rate_of_the_registry_and_no_landmarks() -> None:

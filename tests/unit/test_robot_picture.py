@@ -152,7 +152,7 @@ def test_a_longer_exposure_is_brighter_until_it_burns_out() -> None:
 
 
 def test_the_frame_of_the_map_does_not_matter() -> None:
-    doors = [{"ends": [[3.6, 4.075], [4.5, 4.075]], "state": "closed"}]
+    doors: list[dict[str, object]] = [{"ends": [[3.6, 4.075], [4.5, 4.075]], "state": "closed"}]
     around = corridor(doors)
     turned = replace(around.walls.geometry, origin=(10.0, -3.0, RIGHT_ANGLE))
     moved_ends = [[10.0 - 4.075, -3.0 + 3.6], [10.0 - 4.075, -3.0 + 4.5]]

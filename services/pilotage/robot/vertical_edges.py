@@ -115,7 +115,7 @@ def _agreed(columns: NDArray[np.float64], needed: float) -> list[tuple[float, fl
     first = np.arange(len(ordered))
     last = np.searchsorted(ordered, ordered + 2.0 * APART, side="right")
     is_free = np.ones(len(ordered), bool)
-    found = []
+    found: list[tuple[float, float]] = []
     while True:
         # Places taken by an edge count no more, neither as the first nor among the others.
         counted = np.concatenate([[0], np.cumsum(is_free)])

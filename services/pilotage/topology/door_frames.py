@@ -19,6 +19,8 @@ ALIKE = 3.0
 """Sigmas within which two places are the same."""
 FRAME, FRAME_ERROR = 0.07, 0.015
 """Usual width of a frame and how far they differ from it, m."""
+BESIDE = 3
+"""Of the two beams on either side of an edge, how many must end on its wall."""
 SAME_JAMB = 0.03
 """m between guesses that mean the same."""
 EDGE_WORTH, CLEARLY = 2.0, 0.7
@@ -71,18 +73,25 @@ def framed_doors(
 ) -> list[Gap]:
     """Return closed doors flush with their wall: two frames at the right distance, wall between.
 
-    A poster has vertical edges too; what it lacks is a narrow band at either side.
+    A poster has vertical edges too; what it lacks is a narrow band at either side. Frames of a
+    nearer wall's door lie on this one only by their bearing: no beam beside them reaches it.
     """
-    bands = _bands(edges)
+    bands = [band for band in _bands(edges) if all(_reaches(met, jamb, on_wall) for jamb in band)]
     found = [
         gap
-        for first, inner in bands
-        for second, outer in bands
+        for _, inner in bands
+        for second, _ in bands
         if widths[0] <= second.place - inner.place <= widths[1]
         and (gap := _between(met, inner, second, on_wall)) is not None
-        and first.place < outer.place
     ]
     return [gap for gap in found if not any(_holds(gap, other) for other in found)]
+
+
+def _reaches(met: Crossings, edge: Jamb, on_wall: float) -> bool:
+    """Say whether the beams on either side of an edge end on the wall, but for one of them."""
+    beside = np.searchsorted(met.places, edge.place) + np.arange(-2, 2)
+    inside = beside[(beside >= 0) & (beside < len(met.places))]
+    return bool((np.abs(met.depths[inside]) <= on_wall).sum() >= BESIDE)
 
 
 def _bands(edges: Placed) -> list[tuple[Jamb, Jamb]]:

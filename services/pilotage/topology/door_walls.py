@@ -104,15 +104,15 @@ def _fitted(lines: Lines) -> Wall:
 
 def crossings(view: ScanView, wall: Wall, reach: float) -> Crossings:
     """Return where beams meet a wall within `reach` m, and how far beyond it they went."""
-    directions = view.directions
-    towards = -directions @ wall.normal
+    towards = -view.directions @ wall.normal
     meets = (towards > STEEPEST) & ~np.isnan(view.ranges)
-    distances = -wall.rho / np.where(meets, towards, 1.0)
-    meets &= distances <= reach
-    along = directions @ wall.tangent
-    places, ended = (along * distances)[meets], (along * view.ranges)[meets]
-    depths = ((view.ranges - distances) * towards)[meets]
-    steps = np.abs(view.angles[1] * distances / towards)[meets]
+    meets &= -wall.rho <= reach * towards
+    towards, ranges = towards[meets], view.ranges[meets]
+    distances = -wall.rho / towards
+    along = view.directions[meets] @ wall.tangent
+    places, ended = along * distances, along * ranges
+    depths = (ranges - distances) * towards
+    steps = np.abs(view.angles[1]) * distances / towards
     order = np.argsort(places)
     return Crossings(places[order], ended[order], depths[order], steps[order])
 

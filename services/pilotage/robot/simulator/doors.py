@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal, TypeGuard, get_args
 
 import numpy as np
 import yaml
@@ -134,7 +134,10 @@ def _door(where: str, entry: object) -> Door:
 
 def _ends(where: str, value: object) -> tuple[Place, Place]:
     match value:
-        case [[x0, y0], [x1, y1]] if all(_is_number(v) for v in (x0, y0, x1, y1)):
+        case [[float() | int(), float() | int()], [float() | int(), float() | int()]]:
+            (x0, y0), (x1, y1) = value
+            if not all(math.isfinite(number) for number in (x0, y0, x1, y1)):
+                raise ValueError(f"{where}: its ends must be finite")
             if math.hypot(x1 - x0, y1 - y0) < NARROWEST:
                 raise ValueError(f"{where}: its ends lie nearer than {NARROWEST:g} m")
             return (float(x0), float(y0)), (float(x1), float(y1))
@@ -142,7 +145,7 @@ def _ends(where: str, value: object) -> tuple[Place, Place]:
             raise ValueError(f"{where}: ends must be two points, [[x0, y0], [x1, y1]] in m")
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     return is_number and math.isfinite(float(str(value)))
 
@@ -179,4 +182,5 @@ def _around(
     margin = int(thickness / geometry.resolution) + 1
     low = np.maximum(crossed.min(axis=0) - margin, 0)
     high = np.minimum(crossed.max(axis=0) + margin + 1, geometry.shape)
-    return np.argwhere(np.ones(high - low, bool)) + low
+    box: NDArray[np.int64] = np.argwhere(np.ones(high - low, bool)) + low
+    return box

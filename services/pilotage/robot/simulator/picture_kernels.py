@@ -206,7 +206,7 @@ def _meets(segment: NDArray[np.float64], ray: tuple[float, float, float, float])
     share = (px * dy - py * dx) / across
     if share < 0.0 or share > 1.0:
         return -1.0
-    return (px * ey - py * ex) / across
+    return float((px * ey - py * ex) / across)
 
 
 @kernel
