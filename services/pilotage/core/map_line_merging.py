@@ -41,7 +41,8 @@ def _join(
     A face that was joined lives on as the first of its pieces.
     """
     count = len(ends)
-    head = np.arange(count)
+    # Of a face, its first piece knows the last and the last knows the first.
+    head, tail = np.arange(count), np.arange(count)
     is_tail = np.ones(count, np.bool_)
     kept = np.ones(count, np.bool_)
     for k in range(len(pairs)):
@@ -56,16 +57,14 @@ def _join(
         moments[face] = together
         ends[face, 1] = ends[after, 1]
         kept[after], is_tail[before] = False, False
-        _hand_over(head, after, face)
+        head[tail[after]], tail[face] = face, tail[after]
     return kept
 
 
 @kernel
-def _hand_over(head: NDArray[np.int64], after: int, face: int) -> None:
-    """Let all pieces of one face belong to another."""
-    for i in range(len(head)):
-        if head[i] == after:
-            head[i] = face
+def _length(ends: NDArray[np.float64]) -> float:
+    """Return the distance of two ends (2, 2)."""
+    return math.hypot(ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1])
 
 
 @kernel
@@ -79,6 +78,10 @@ def _is_one_face(
     cos, sin = math.cos(line[0]), math.sin(line[0])
     along_x, along_y = two[1, 0] - one[0, 0], two[1, 1] - one[0, 1]
     length = math.hypot(along_x, along_y)
+    # Specks in a row are no wall: what lies between two pieces is shorter than one of them.
+    crack = math.hypot(two[0, 0] - one[1, 0], two[0, 1] - one[1, 1])
+    if crack > max(_length(one), _length(two)):
+        return False
     for ends in (one, two):
         dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
         if dx * along_x + dy * along_y <= SAME_WAY * length * math.hypot(dx, dy):

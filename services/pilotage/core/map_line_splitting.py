@@ -12,6 +12,13 @@ from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
 
+BACK = 1.5
+"""Cells that an outline may go back along its face: round the end of a thin wall it goes on."""
+ACROSS = 0.9
+"""Cosine between a side and a face's normal from which on the side is the face's end."""
+TIGHT, LOOSER = 0.6, 0.05
+"""Cells, and cells per cell of length, that the sides of a short face may lie off it."""
+
 
 @kernel
 def split_contours(
@@ -61,6 +68,7 @@ def _split_outline(
         waiting[depth + 1, 0], waiting[depth + 1, 1] = first, at
         depth += 2
     _settle_borders(sums, pieces[:found])
+    _trim(outline, sums, pieces[:found])
     return found
 
 
@@ -76,6 +84,24 @@ def _settle_borders(sums: NDArray[np.float64], pieces: NDArray[np.int64]) -> Non
                 if error < least:
                     best, least = at, error
             pieces[i, 1] = pieces[i + 1, 0] = best
+
+
+@kernel
+def _trim(
+    outline: NDArray[np.float64], sums: NDArray[np.float64], pieces: NDArray[np.int64]
+) -> None:
+    """Take from the ends of pieces (p, 2) the sides that run across them: they are its ends."""
+    for i in range(len(pieces)):
+        for end in range(2):
+            first, last = pieces[i]
+            alpha, _, _ = line_of(sums[last] - sums[first])
+            side = first if end == 0 else last - 1
+            dx, dy = (
+                outline[side + 1, 0] - outline[side, 0],
+                outline[side + 1, 1] - outline[side, 1],
+            )
+            if last - first > 3 and abs(dx * math.cos(alpha) + dy * math.sin(alpha)) > ACROSS:
+                pieces[i, end] += 1 - 2 * end
 
 
 @kernel
@@ -120,6 +146,15 @@ def line_of(moments: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 @kernel
+def lines_of(moments: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what `line_of` says of each of moments (p, 6), as rows (p, 3)."""
+    lines = np.empty((len(moments), 3))
+    for i in range(len(moments)):
+        lines[i, 0], lines[i, 1], lines[i, 2] = line_of(moments[i])
+    return lines
+
+
+@kernel
 def _running_sums(outline: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the moments (m, 6) of the sides before each corner of an outline (m, 2)."""
     sums = np.zeros((len(outline), 6))
@@ -150,12 +185,20 @@ def _split_at(
     alpha, distance, _ = line_of(sums[last] - sums[first])
     cos, sin = math.cos(alpha), math.sin(alpha)
     distance += outline[0, 0] * cos + outline[0, 1] * sin
-    worst = 0.0
+    dx, dy = outline[last, 0] - outline[first, 0], outline[last, 1] - outline[first, 1]
+    sign = 1.0 if dy * cos - dx * sin >= 0.0 else -1.0
+    worst, ahead, turn = 0.0, -math.inf, first
     for k in range(first, last):
         x = 0.5 * (outline[k, 0] + outline[k + 1, 0])
         y = 0.5 * (outline[k, 1] + outline[k + 1, 1])
         worst = max(worst, abs(x * cos + y * sin - distance))
-    if worst <= tolerance:
+        along = sign * (y * cos - x * sin)
+        if along > ahead:
+            ahead, turn = along, k
+        elif along < ahead - BACK and turn > first:
+            return turn
+    # In a short piece a corner would pass for raggedness.
+    if worst <= min(tolerance, TIGHT + LOOSER * math.hypot(dx, dy)):
         return 0
     return _farthest_from_chord(outline, first, last)
 

@@ -14,7 +14,7 @@ from pilotage.core.angles import wrap
 from pilotage.core.grid import UNKNOWN, GridGeometry, OccupancyMap
 from pilotage.core.lines import Lines
 from pilotage.core.map_line_merging import merge_faces
-from pilotage.core.map_line_splitting import line_of, moments_of, split_contours
+from pilotage.core.map_line_splitting import lines_of, moments_of, split_contours
 from pilotage.core.wall_contours import sides_to_free_space, trace_contours
 
 
@@ -35,8 +35,8 @@ class MapLineParams:
 def map_lines(world: OccupancyMap, params: MapLineParams = MapLineParams()) -> Lines:
     """Return the faces of walls that free space touches, in the map frame.
 
-    The ends of a face are each known to within a cell (variance resolution^2 / 12, and what its
-    outline scatters added), which gives the covariance of alpha and rho.
+    A face is known to within a cell (variance resolution^2 / 12, and what its outline scatters
+    added): half of that it is off as a whole, and each of its ends is off by as much by itself.
     """
     sides = sides_to_free_space(world.is_wall, _seen_through(world, params.fringe_cells))
     corners, begins = trace_contours(sides)
@@ -45,7 +45,7 @@ def map_lines(world: OccupancyMap, params: MapLineParams = MapLineParams()) -> L
     faces = outline[pieces], moments_of(outline, pieces)
     resolution = world.geometry.resolution
     ends, moments = merge_faces(faces, params.gap / resolution, params.tolerance_cells)
-    long = np.hypot(*(ends[:, 1] - ends[:, 0]).T) >= params.least_length / resolution
+    long = _lengths(ends, moments) >= params.least_length / resolution
     if not long.any():
         return Lines.none()
     lines = _in_grid(ends[long], moments[long], resolution)
@@ -65,9 +65,19 @@ def _seen_through(world: OccupancyMap, fringe: int) -> NDArray[np.bool_]:
     return free
 
 
+def _lengths(ends: NDArray[np.float64], moments: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far apart (n,) the ends of faces are along the lines that fit them, in cells.
+
+    The outline of a lump may fit a line that stands across the way between its ends.
+    """
+    angles = lines_of(moments)[:, 0]
+    along = np.column_stack([-np.sin(angles), np.cos(angles)])
+    return np.asarray(np.abs(np.einsum("ki,ki->k", ends[:, 1] - ends[:, 0], along)))
+
+
 def _in_grid(ends: NDArray[np.float64], moments: NDArray[np.float64], resolution: float) -> Lines:
     """Return faces given in cells as lines in the grid's frame."""
-    fits = np.array([line_of(row) for row in moments])
+    fits = lines_of(moments)
     along = ends[:, 1] - ends[:, 0]
     normals = np.column_stack([np.cos(fits[:, 0]), np.sin(fits[:, 0])])
     # Free space lies on the left of the way from end to end.
@@ -84,7 +94,10 @@ def _in_grid(ends: NDArray[np.float64], moments: NDArray[np.float64], resolution
 def _covariances(
     ends: NDArray[np.float64], normals: NDArray[np.float64], variances: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the covariances (k, 2, 2) of lines whose two ends (k, 2, 2) err by variances (k,)."""
+    """Return the covariances (k, 2, 2) of lines whose two ends (k, 2, 2) err by variances (k,).
+
+    Between them a line then errs by that variance, too.
+    """
     along = np.column_stack([-normals[:, 1], normals[:, 0]])
     places = np.einsum("kei,ki->ke", ends, along)
     # A line through ends at places s and t that err by a and b across: d alpha = (a - b) / (t - s)
@@ -94,6 +107,7 @@ def _covariances(
     pushing = np.stack([places[:, 1], -places[:, 0]], axis=1)
     jacobian = np.stack([turning, pushing], axis=1) / apart[:, None, None]
     spread: NDArray[np.float64] = jacobian @ jacobian.transpose(0, 2, 1)
+    spread[:, 1, 1] += 0.5
     return variances[:, None, None] * spread
 
 
