@@ -175,5 +175,5 @@ class MappingShow:
         geometry = GridGeometry(shape.rows, shape.cols, shape.resolution, (x, y, theta))
         cells = np.where(self._seen, self._true.cells, -1).astype(np.int8)
         self._show.grow(OccupancyMap(geometry, cells))
-        stamps = now / 1e9 - np.arange(len(self._way))[::-1]
+        stamps = now / 1e9 - np.arange(len(self._way), dtype=np.float64)[::-1]
         self._show.path((stamps, self._turned(np.array(self._way))))
