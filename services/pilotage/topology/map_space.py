@@ -91,7 +91,8 @@ def _without_islands(free: Mask, resolution: float, params: SpaceParams) -> Mask
     np.maximum.at(depth, labels.ravel(), distance_to_walls(free, resolution).ravel())
     is_solid = 2.0 * depth > params.thickest_pier
     island = (across < params.least_island) | (is_solid & (across < params.largest_furniture))
-    island[0] = False
+    # What is free is none, nor is what lies round the map, however small the map is.
+    island[[0, labels[0, 0]]] = False
     return free | island[labels]
 
 
