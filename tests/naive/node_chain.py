@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,10 @@ class Place:
 def fit_place(
     seen: Features, bound: Features, expected: NDArray[np.float64], params: ChainParams
 ) -> Fit:
-    """Fit features seen (base_link) to those bound to a node (map), near the expected pose."""
+    """Fit features seen (base_link) to those bound to a node (map), near the expected pose.
+
+    `params.place` and `params.turn` say how near.
+    """
     seen = seen.chosen(np.hypot(seen.poses[:, 0], seen.poses[:, 1]) <= params.seen_within)
     there = bound.moved(se2.inverse(expected))
     starts = [np.zeros(3)]
@@ -204,61 +207,60 @@ def _likelihood(
     params: ChainParams,
 ) -> float:
     topology, places = world
-    weight, last = 1.0, -1
+    weight, last, at = 1.0, None, None
     for now, place in enumerate(history):
-        before = history[last] if last >= 0 else None
+        if at is not None:
+            at = _carried(at, links[now], params)
         if place is None:
             weight *= params.false
-            if before is not None:
-                pose = fits[last][before].pose
-                for link in links[last + 1 : now + 1]:
-                    pose = se2.compose(pose, link.moved)
-                weight *= _unmapped(topology, places[before].node, pose, links[now].seen, params)
+            if at is not None and last is not None:
+                at = _beside(topology, last, at, links[now].seen, params)
+                weight *= math.exp(at.evidence)
             continue
-        weight *= (1.0 - params.false) * math.exp(fits[now][place].evidence)
-        if before is None:
+        fit, node = fits[now][place], places[place].node
+        weight *= (1.0 - params.false) * math.exp(fit.evidence)
+        if at is None or last is None:
             weight /= len(places)
         else:
-            edges = edges_between(topology, places[before].node, places[place].node)
+            edges = edges_between(topology, last, node)
             if edges > params.most_missed + 1:
                 return 0.0
-            weight *= params.missed ** abs(edges - 1)
-            weight *= _way(fits[last][before], fits[now][place], links[last + 1 : now + 1], params)
-        last = now
+            weight *= params.missed ** abs(edges - 1) * _agreement(at, fit, params)
+        last, at = node, fit
     return weight
 
 
-def _unmapped(
-    topology: TopologicalMap,
-    start: int,
-    pose: NDArray[np.float64],
-    seen: Features,
-    params: ChainParams,
-) -> float:
-    """How well what is seen at a place that is no node fits the nearest node's features."""
+def _carried(at: Fit, link: Link, params: ChainParams) -> Fit:
+    """Where odometry has taken a pose."""
+    x, y, theta = link.moved
+    way = math.hypot(x, y)
+    lever = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
+    sigmas = np.array([params.way_growth, params.way_growth, params.turn_growth]) * way
+    spread = lever @ at.covariance @ lever.T + link.covariance + np.diag(sigmas**2)
+    back = _rotation3(-theta)
+    return Fit(0.0, se2.compose(at.pose, link.moved), back @ spread @ back.T, 0)
+
+
+def _beside(
+    topology: TopologicalMap, start: int, at: Fit, seen: Features, params: ChainParams
+) -> Fit:
+    """Fit what is seen at a place that is no node to the nearest node's features."""
     near = [
         node
         for k, node in enumerate(topology.nodes)
         if edges_between(topology, start, k) <= params.most_missed + 1
     ]
-    nearest = min(near, key=lambda node: math.hypot(*(node.pose[:2] - pose[:2])))
-    return math.exp(fit_place(seen, nearest.features, pose, params).evidence)
+    nearest = min(near, key=lambda node: math.hypot(*(node.pose[:2] - at.pose[:2])))
+    x, y, theta = np.diag(at.covariance)
+    spread = replace(params, place=math.sqrt((x + y) / 2.0), turn=math.sqrt(theta))
+    return fit_place(seen, nearest.features, at.pose, spread)
 
 
-def _way(start: Fit, end: Fit, links: list[Link], params: ChainParams) -> float:
-    """How much likelier the way between two fits is than any other, by odometry."""
-    pose, spread = start.pose, start.covariance
-    for link in links:
-        x, y, theta = link.moved
-        way = math.hypot(x, y)
-        carried = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
-        sigmas = np.array([params.way_growth, params.way_growth, params.turn_growth]) * way
-        spread = carried @ spread @ carried.T + link.covariance + np.diag(sigmas**2)
-        back = _rotation3(-theta)
-        pose, spread = se2.compose(pose, link.moved), back @ spread @ back.T
-    off = se2.between(pose, end.pose)
+def _agreement(at: Fit, end: Fit, params: ChainParams) -> float:
+    """How much likelier it is that odometry leads to a fit than anywhere else."""
+    off = se2.between(at.pose, end.pose)
     turn = _rotation3(off[2])
-    spread = spread + turn @ end.covariance @ turn.T
+    spread = at.covariance + turn @ end.covariance @ turn.T
     squared = float(off @ np.linalg.solve(spread, off))
     if squared > params.gate:
         return 0.0

@@ -14,7 +14,7 @@ from pilotage.core import se2
 from pilotage.topology.features import Features
 from pilotage.topology.node_chain import NodeChain, _model
 from pilotage.topology.node_chain_candidates import NOWHERE, ChainParams, Link
-from pilotage.topology.node_chain_kernels import Seen, weigh_places
+from pilotage.topology.node_chain_kernels import Arrivals, Seen, weigh_places
 from pilotage.topology.node_chain_map import ChainMap
 from pilotage.topology.topological_map import Node, TopologicalMap
 
@@ -85,10 +85,10 @@ def test_constellations_weigh_as_in_the_plain_twin(seed: int) -> None:
     seen = link.seen
     near = seen.chosen(np.hypot(*seen.poses[:, :2].T) <= EVERYTHING.seen_within)
     variances = np.trace(near.covariances, axis1=1, axis2=2) / 2.0 + EVERYTHING.blur**2
-    evidence, offsets, _, pairs = weigh_places(
-        Seen(near.kinds, near.poses, near.widths, variances),
-        places.bound, places.nodes, places.poses, _model(EVERYTHING),
-    )  # fmt: skip
+    about = Seen(near.kinds, near.poses, near.widths, variances)
+    spreads = np.tile([EVERYTHING.place, EVERYTHING.turn], (len(places.nodes), 1))
+    arrivals = Arrivals(places.nodes, places.poses, spreads)
+    evidence, offsets, _, pairs = weigh_places(about, places.bound, arrivals, _model(EVERYTHING))
     for k, node in enumerate(places.nodes):
         fit = fit_place(seen, topology.nodes[node].features, places.poses[k], EVERYTHING)
         assert evidence[k] == pytest.approx(fit.evidence, rel=1e-7, abs=1e-7)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.experiments.corridor_doors import (
+    SHARED_WITHIN,
     Corridor,
     Spacing,
     corridor_of,
@@ -114,12 +115,15 @@ def _step(chain: NodeChain, node: NodeSeen) -> Step:
 
 
 def _verdict(place: ChainPlace, chain: NodeChain, steps: list[Step]) -> Verdict:
-    """Say whether the only candidate is the node that the robot was at; unknown without one."""
+    """Say whether the only candidate is the node that the robot was at; unknown without one.
+
+    A robot between two nodes may have taken its place for either.
+    """
     if not chain.is_unique:
         return "unknown"
     last = steps[-1]
-    off = np.abs(place.topology.places[:, 0] - last.truth[0])
-    is_node = place.topology.nodes[int(np.argmin(off))].id == last.node
+    nodes = {node.id: float(node.pose[0]) for node in place.topology.nodes}
+    is_node = abs(nodes[last.node] - last.truth[0]) <= SHARED_WITHIN
     x, y, theta = se2.between(last.truth, last.pose)
     is_near = np.hypot(x, y) <= NEAR[0] and abs(float(theta)) <= NEAR[1]
     return "right" if is_node and is_near else "wrong"

@@ -16,7 +16,7 @@ from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.topology.features import Features
 from pilotage.topology.node_chain_candidates import NOWHERE, Candidates, ChainParams, Link
-from pilotage.topology.node_chain_kernels import Model, Seen, weigh_places
+from pilotage.topology.node_chain_kernels import Arrivals, Model, Seen, weigh_places
 from pilotage.topology.node_chain_map import ChainMap
 from pilotage.topology.topological_map import TopologicalMap
 
@@ -113,7 +113,10 @@ class _Steps:
 
 @dataclass(frozen=True, eq=False)
 class _Fits:
-    """Places (m,), rising, with evidence, pose, covariance in base_link and number of pairs."""
+    """What is seen, fitted at `places` (m,), rising: or for candidates, at where they may be.
+
+    With evidence, pose in map, covariance in base_link and number of pairs.
+    """
 
     places: NDArray[np.int64]
     evidence: NDArray[np.float64]
@@ -167,30 +170,29 @@ def _fitted(
     seen: Features, which: NDArray[np.int64], places: ChainMap, params: ChainParams
 ) -> _Fits:
     """Return how well what is seen fits some places, and where exactly the robot is there."""
-    expected = places.poses[which]
-    nodes = places.nodes[which]
-    evidence, offsets, known, pairs = _weighed(seen, nodes, expected, places, params)
+    spreads = np.tile([params.place, params.turn], (len(which), 1))
+    arrivals = Arrivals(places.nodes[which], places.poses[which], spreads)
+    return _weighed(seen, which, arrivals, places, params)
+
+
+def _weighed(
+    seen: Features,
+    which: NDArray[np.int64],
+    arrivals: Arrivals,
+    places: ChainMap,
+    params: ChainParams,
+) -> _Fits:
+    near = seen.chosen(np.hypot(seen.poses[:, 0], seen.poses[:, 1]) <= params.seen_within)
+    variances = np.trace(near.covariances, axis1=1, axis2=2) / 2.0 + params.blur**2
+    about = Seen(near.kinds, near.poses, near.widths, variances)
+    evidence, offsets, known, pairs = weigh_places(about, places.bound, arrivals, _model(params))
     information = np.zeros((len(which), 3, 3))
     information[:, [0, 1], [0, 1]] = known[:, :1]
     information[:, 0, 2] = information[:, 2, 0] = known[:, 1]
     information[:, 1, 2] = information[:, 2, 1] = known[:, 2]
     information[:, 2, 2] = known[:, 3]
     covariances = _turned(np.asarray(np.linalg.inv(information), np.float64), -offsets[:, 2])
-    return _Fits(which, evidence, se2.compose(expected, offsets), covariances, pairs)
-
-
-def _weighed(
-    seen: Features,
-    nodes: NDArray[np.int64],
-    expected: NDArray[np.float64],
-    places: ChainMap,
-    params: ChainParams,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Return what `weigh_places` does for poses (m, 3) in map at which nodes (m,) are near."""
-    near = seen.chosen(np.hypot(seen.poses[:, 0], seen.poses[:, 1]) <= params.seen_within)
-    variances = np.trace(near.covariances, axis1=1, axis2=2) / 2.0 + params.blur**2
-    about = Seen(near.kinds, near.poses, near.widths, variances)
-    return weigh_places(about, places.bound, nodes, expected, _model(params))
+    return _Fits(which, evidence, se2.compose(arrivals.poses, offsets), covariances, pairs)
 
 
 def _arrived(carried: Candidates, steps: _Steps, fits: _Fits, params: ChainParams) -> Candidates:
@@ -244,16 +246,21 @@ def _strayed(
 ) -> Candidates:
     """Return the candidates for which what was seen is no node of the map.
 
-    What is about there may be known all the same: from the nearest node.
+    Where odometry says that they are, what is about there is known from the nearest node.
     """
-    weights = carried.log_weights + np.log(params.false)
+    strayed = replace(carried, log_weights=carried.log_weights + np.log(params.false))
     known = np.flatnonzero(carried.places != NOWHERE)
-    if len(known):
-        poses = carried.poses[known]
-        reached = places.reached(places.nodes[carried.places[known]], params.most_missed + 1)
-        nearest = places.nearest(reached, poses)
-        weights[known] += _weighed(seen, nearest, poses, places, params)[0]
-    return replace(carried, log_weights=weights)
+    if len(known) == 0:
+        return strayed
+    poses, variances = carried.poses[known], carried.covariances[known][:, range(3), range(3)]
+    spreads = np.sqrt(np.stack([variances[:, :2].mean(axis=1), variances[:, 2]], axis=1))
+    reached = places.reached(places.nodes[carried.places[known]], params.most_missed + 1)
+    arrivals = Arrivals(places.nearest(reached, poses), poses, spreads)
+    fits = _weighed(seen, known, arrivals, places, params)
+    strayed.log_weights[known] += fits.evidence
+    strayed.poses[known], strayed.covariances[known] = fits.poses, fits.covariances
+    strayed.pairs[known] = fits.pairs
+    return strayed
 
 
 def _joined(one: Candidates, other: Candidates) -> Candidates:
@@ -277,8 +284,6 @@ def _kept(candidates: Candidates, params: ChainParams) -> Candidates:
 
 def _model(params: ChainParams) -> Model:
     return Model(
-        params.place,
-        params.turn,
         params.direction,
         params.width,
         params.detection,

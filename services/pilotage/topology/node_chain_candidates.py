@@ -39,14 +39,14 @@ class ChainParams:
     """Probability to pass a node of the map without noticing; the price of each one skipped."""
     most_missed: int = 3
     """At most so many are skipped in a row."""
-    false: float = 0.05
+    false: float = 0.1
     """Probability that what was taken for a node is none of the map."""
     way_growth: float = 0.03
     """Share of a way by which odometry may err beyond its covariance."""
     turn_growth: float = 0.02
     """The same in rad a metre."""
-    stray_ways: float = 0.1
-    """How likely any other displacement is, per m^2 and rad."""
+    stray_ways: float = 1.0
+    """How likely a displacement to no node is, per m^2 and rad: somewhere on, along the way."""
     gate: float = 25.0
     """Squared Mahalanobis distance from which a way is impossible (3 degrees of freedom)."""
     prune: float = 18.0

@@ -43,17 +43,39 @@ class Bound(NamedTuple):
     firsts: NDArray[np.int64]
 
 
-class Model(NamedTuple):
-    """How features and arrivals vary.
+class Arrivals(NamedTuple):
+    """Where the robot may be (m): at which of the `nodes`, and at what `poses` (m, 3) in map.
 
-    `place` m and `turn` rad: an arrival beside its node; `direction` rad and `width` m: of a
-    pair; `detection`: probability that a bound feature in view is seen; `strays` (kinds,):
-    features there by accident, per m^2, any direction and per metre of width; `reach` m and
-    `half_view` rad: what is surely in view.
+    `spreads` (m, 2): standard deviations of the place along either axis, m, and of the heading.
     """
 
+    nodes: NDArray[np.int64]
+    poses: NDArray[np.float64]
+    spreads: NDArray[np.float64]
+
+
+class There(NamedTuple):
+    """Features (n,) bound to a node, in the frame of the pose that is expected there.
+
+    `place` m and `turn` rad: standard deviations of that pose.
+    """
+
+    kinds: NDArray[np.int64]
+    poses: NDArray[np.float64]
+    widths: NDArray[np.float64]
+    variances: NDArray[np.float64]
     place: float
     turn: float
+
+
+class Model(NamedTuple):
+    """How features vary.
+
+    `direction` rad and `width` m: of a pair; `detection`: probability that a bound feature in
+    view is seen; `strays` (kinds,): features there by accident, per m^2, any direction and per
+    metre of width; `reach` m and `half_view` rad: what is surely in view.
+    """
+
     direction: float
     width: float
     detection: float
@@ -66,24 +88,29 @@ class Model(NamedTuple):
 def weigh_places(
     seen: Seen,
     bound: Bound,
-    nodes: NDArray[np.int64],
-    poses: NDArray[np.float64],
+    arrivals: Arrivals,
     model: Model,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Return how well what is seen fits arrivals at `nodes` (m,), expected at `poses` (m, 3).
+    """Return how well what is seen fits arrivals (m) at nodes.
 
     Returns evidence (m,), a log-likelihood ratio against features that are there by chance; the
     fitted offset (m, 3) of the arrival in the frame of its pose; the information (m, 4) of that
     offset as xx (= yy), x-theta, y-theta, theta-theta; and the number of pairs (m,).
     """
-    count = len(nodes)
+    count = len(arrivals.nodes)
     evidence, pairs = np.empty(count), np.empty(count, np.int64)
     offsets, information = np.empty((count, 3)), np.empty((count, 4))
     for k in range(count):
-        first, last = bound.firsts[nodes[k]], bound.firsts[nodes[k] + 1]
-        near = _in_frame(bound.poses[first:last], poses[k])
-        there = Seen(
-            bound.kinds[first:last], near, bound.widths[first:last], bound.variances[first:last]
+        node = arrivals.nodes[k]
+        first, last = bound.firsts[node], bound.firsts[node + 1]
+        near = _in_frame(bound.poses[first:last], arrivals.poses[k])
+        there = There(
+            bound.kinds[first:last],
+            near,
+            bound.widths[first:last],
+            bound.variances[first:last],
+            arrivals.spreads[k, 0],
+            arrivals.spreads[k, 1],
         )
         pairs[k], evidence[k] = _best_fit(seen, there, model, offsets[k], information[k])
     return evidence, offsets, information, pairs
@@ -104,7 +131,7 @@ def _in_frame(poses: NDArray[np.float64], frame: NDArray[np.float64]) -> NDArray
 @kernel
 def _best_fit(
     seen: Seen,
-    there: Seen,
+    there: There,
     model: Model,
     offset: NDArray[np.float64],
     information: NDArray[np.float64],
@@ -115,7 +142,7 @@ def _best_fit(
     """
     most, best = 0, -np.inf
     tried, found = np.zeros(3), np.empty(4)
-    widest = TRIED_WITHIN * model.place
+    widest = TRIED_WITHIN * there.place
     for seed in range(-1, len(seen.kinds) * len(there.kinds)):
         tried[:] = 0.0
         if seed >= 0:
@@ -134,7 +161,7 @@ def _best_fit(
 @kernel
 def _fit(
     seen: Seen,
-    there: Seen,
+    there: There,
     model: Model,
     offset: NDArray[np.float64],
     information: NDArray[np.float64],
@@ -151,9 +178,9 @@ def _fit(
     _step((seen, there), model, partner, offset.copy(), information)
     across, along_x, along_y, turning = information
     volume = across * (across * turning - along_x**2 - along_y**2)
-    prior = 1.0 / (model.place**4 * model.turn**2)
-    off_place = (offset[0] ** 2 + offset[1] ** 2) / model.place**2
-    evidence = 0.5 * (np.log(prior / volume) - off_place - (offset[2] / model.turn) ** 2)
+    prior = 1.0 / (there.place**4 * there.turn**2)
+    off_place = (offset[0] ** 2 + offset[1] ** 2) / there.place**2
+    evidence = 0.5 * (np.log(prior / volume) - off_place - (offset[2] / there.turn) ** 2)
     evidence += _unseen(there, model, offset)
     pairs = 0
     for i in range(len(partner)):
@@ -166,7 +193,7 @@ def _fit(
 @kernel
 def _weigh_pairs(
     seen: Seen,
-    there: Seen,
+    there: There,
     model: Model,
     offset: NDArray[np.float64],
     gains: NDArray[np.float64],
@@ -215,7 +242,7 @@ def _choose_pairs(gains: NDArray[np.float64], partner: NDArray[np.int64]) -> Non
 
 @kernel
 def _step(
-    both: tuple[Seen, Seen],
+    both: tuple[Seen, There],
     model: Model,
     partner: NDArray[np.int64],
     offset: NDArray[np.float64],
@@ -227,7 +254,7 @@ def _step(
     features seen, and those that are there.
     """
     seen, there = both
-    across, turning = 1.0 / model.place**2, 1.0 / model.turn**2
+    across, turning = 1.0 / there.place**2, 1.0 / there.turn**2
     along_x, along_y = 0.0, 0.0
     x, y, theta = -across * offset[0], -across * offset[1], -turning * offset[2]
     cos, sin = np.cos(offset[2]), np.sin(offset[2])
@@ -257,7 +284,7 @@ def _step(
 
 
 @kernel
-def _unseen(there: Seen, model: Model, offset: NDArray[np.float64]) -> float:
+def _unseen(there: There, model: Model, offset: NDArray[np.float64]) -> float:
     """Return what it would say if nothing that should be in view were seen."""
     total = 0.0
     for j in range(len(there.kinds)):
@@ -266,7 +293,7 @@ def _unseen(there: Seen, model: Model, offset: NDArray[np.float64]) -> float:
 
 
 @kernel
-def _miss(there: Seen, j: int, model: Model, offset: NDArray[np.float64]) -> float:
+def _miss(there: There, j: int, model: Model, offset: NDArray[np.float64]) -> float:
     """Return the log-probability that bound feature `j` is not seen."""
     dx, dy = there.poses[j, 0] - offset[0], there.poses[j, 1] - offset[1]
     bearing = np.arctan2(dy, dx) - offset[2]
@@ -277,7 +304,7 @@ def _miss(there: Seen, j: int, model: Model, offset: NDArray[np.float64]) -> flo
 
 
 @kernel
-def _turn_left(seen: Seen, there: Seen, i: int, j: int, turned: float) -> float:
+def _turn_left(seen: Seen, there: There, i: int, j: int, turned: float) -> float:
     """Return the turn that is left from feature `i` seen, `turned` already, to feature `j`.
 
     The nearest to none: half a turn is none but for corners.
