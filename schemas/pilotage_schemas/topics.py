@@ -71,9 +71,11 @@ class Query:
     is_command: bool = True
 
 
-def _asked(name: str, request: type[Part], reply: type[Part], summary: str) -> Query:
+def _asked(
+    name: str, request: type[Part], reply: type[Part], summary: str, timeout_s: float = 10.0
+) -> Query:
     """Return a query of the topology service that is no command."""
-    return Query(name, "topology", request, reply, summary, 10.0, is_command=False)
+    return Query(name, "topology", request, reply, summary, timeout_s, is_command=False)
 
 
 _TOPICS = (
@@ -180,7 +182,7 @@ _QUERIES = (
     _asked("topology_list", c.Nothing, t.TopologyList, "list the topological maps"),
     _asked("topology_delete", t.TopologyDelete, c.Done, "delete a topological map"),
     _asked("topology_fetch", t.TopologyFetch, t.TopologyFile, "read one as GeoJSON"),
-    _asked("topology_store", t.TopologyStore, t.TopologySaved, "take one in as GeoJSON"),
+    _asked("topology_store", t.TopologyStore, t.TopologySaved, "take one in as GeoJSON", 30.0),
     Query("restart", "launcher", c.Restart, c.Done, "restart one process"),
 )
 

@@ -154,7 +154,7 @@ def edge_property(name: str, value: object) -> Spoil:
             r"coordinates\[1\] must be a number no larger",
         ),
         (
-            lambda d: d["features"][6]["geometry"].update(coordinates=[[[1.0, 1.0]]]),
+            lambda d: d["features"][5]["geometry"].update(coordinates=[[[1.0, 1.0]]]),
             "a line has two points",
         ),
         (node_property("id", 0), "the id 0 is taken already"),

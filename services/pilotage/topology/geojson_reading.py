@@ -21,12 +21,13 @@ Places = dict[int, NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
-class Directed:
-    """An edge as it stands at `path`, one way; `reverse_of`: the edge that it is, backward."""
+class Backward:
+    """An edge once more, from its end to its start: all else stands with edge `of`."""
 
-    edge: Edge
-    reverse_of: int | None
-    path: str
+    of: int
+    start: int
+    end: int
+    feature: Value
 
 
 def floor_of(document: object) -> Floor:
@@ -37,9 +38,8 @@ def floor_of(document: object) -> Floor:
     _require_unique_ids([*points, *lines])
     nodes = tuple(_node(feature) for feature in points)
     places = {node.id: node.pose[:2] for node in nodes}
-    edges = _both_ways([_directed(feature, places) for feature in lines])
     return Floor(
-        map=TopologicalMap(_text(whole, "map_id"), nodes, edges),
+        map=TopologicalMap(_text(whole, "map_id"), nodes, _edges(lines, places)),
         name=_text(whole, "name"),
         label=_text(whole, "floor"),
         built_from=cast("BuiltFrom", _word(whole, "built_from", get_args(BuiltFrom))),
@@ -111,15 +111,15 @@ def _pose(value: Value) -> NDArray[np.float64]:
     return pose
 
 
-def _directed(feature: Value, places: Places) -> Directed:
+def _edge(feature: Value, places: Places) -> Edge:
     properties = feature.member("properties")
     start, end = (_end(properties.member(name), places) for name in ("startid", "endid"))
     way = _way(feature.member("geometry"))
     if way is None:
         way = np.stack([places[start], places[end]])
-    length, reverse = properties.optional("length"), properties.optional("reverse_of")
+    length = properties.optional("length")
     metres = float(np.hypot(*np.diff(way, axis=0).T).sum())
-    edge = Edge(
+    return Edge(
         id=properties.member("id").identity(),
         start=start,
         end=end,
@@ -127,7 +127,6 @@ def _directed(feature: Value, places: Places) -> Directed:
         length=metres if length is None else length.not_negative(),
         way=way,
     )
-    return Directed(edge, None if reverse is None else reverse.identity(), feature.path)
 
 
 def _end(value: Value, places: Places) -> int:
@@ -143,41 +142,51 @@ def _way(geometry: Value) -> NDArray[np.float64] | None:
         return None
     is_single = geometry.member("type").json == "LineString"
     lines = [coordinates] if is_single else [*coordinates.items()]
-    points = [_array(point, 2) for line in lines for point in line.items()]
+    points = [_numbers(point, 2) for line in lines for point in line.items()]
     if len(points) == 1:
         raise JsonError(f"{coordinates.path}: a line has two points at least")
     return np.array(points) if points else None
 
 
-def _both_ways(directed: list[Directed]) -> tuple[Edge, ...]:
+def _edges(lines: list[Value], places: Places) -> tuple[Edge, ...]:
     """Return the edges, each of which must be there in both directions, as one each."""
-    forward = {one.edge.id: one for one in directed if one.reverse_of is None}
+    forward: dict[int, tuple[Edge, Value]] = {}
+    backward: list[Backward] = []
+    for feature in lines:
+        properties = feature.member("properties")
+        reverse_of = properties.optional("reverse_of")
+        if reverse_of is None:
+            edge = _edge(feature, places)
+            forward[edge.id] = (edge, feature)
+        else:
+            start, end = (_end(properties.member(name), places) for name in ("startid", "endid"))
+            backward.append(Backward(reverse_of.identity(), start, end, feature))
     unpaired = dict(forward)
-    for one in directed:
-        if one.reverse_of is not None:
-            other = unpaired.pop(one.reverse_of, None)
-            if other is None or not _is_opposite(one.edge, other.edge):
-                raise JsonError(f"{one.path}: it is not edge {one.reverse_of} backward")
-    waiting: dict[tuple[int, int], list[Edge]] = {}
-    backward: set[int] = set()
-    for one in unpaired.values():
-        edge = one.edge
-        same = waiting.get((edge.end, edge.start), [])
-        if same:
-            same.pop(0)
-            backward.add(edge.id)
+    for one in backward:
+        known = unpaired.pop(one.of, None)
+        if known is None or (one.start, one.end) != (known[0].end, known[0].start):
+            raise JsonError(f"{one.feature.path}: it is not edge {one.of} backward")
+    doubles = _doubles(list(unpaired.values()))
+    return tuple(edge for edge, _ in forward.values() if edge.id not in doubles)
+
+
+def _doubles(edges: list[tuple[Edge, Value]]) -> set[int]:
+    """Return the edges that are others backward, where the file does not say so itself."""
+    waiting: dict[tuple[int, int], list[Value]] = {}
+    found: set[int] = set()
+    for edge, feature in edges:
+        if waiting.get((edge.end, edge.start)):
+            waiting[edge.end, edge.start].pop(0)
+            found.add(edge.id)
         elif edge.start != edge.end:
-            waiting.setdefault((edge.start, edge.end), []).append(edge)
-    for edge in (edge for edges in waiting.values() for edge in edges):
-        raise JsonError(
-            f"{forward[edge.id].path}: no edge leads back from node {edge.end} to {edge.start}; "
-            "ways must lead both ways"
-        )
-    return tuple(one.edge for one in forward.values() if one.edge.id not in backward)
-
-
-def _is_opposite(edge: Edge, other: Edge) -> bool:
-    return (edge.start, edge.end) == (other.end, other.start)
+            waiting.setdefault((edge.start, edge.end), []).append(feature)
+    for (start, end), lonely in waiting.items():
+        for feature in lonely:
+            raise JsonError(
+                f"{feature.path}: no edge leads back from node {end} to {start}; "
+                "ways must lead both ways"
+            )
+    return found
 
 
 def _links(whole: Value, places: Places) -> Iterable[Link]:
@@ -193,10 +202,14 @@ def _links(whole: Value, places: Places) -> Iterable[Link]:
 
 def _array(value: Value, length: int) -> NDArray[np.float64]:
     """Return an array (length,); a point may have a height, which is passed over."""
+    return np.array(_numbers(value, length))
+
+
+def _numbers(value: Value, length: int) -> list[float]:
     numbers = [item.number() for item in value.items()]
     if len(numbers) != length and not (length == 2 and len(numbers) == 3):
         raise JsonError(f"{value.path} must have {length} numbers")
-    return np.array(numbers[:length])
+    return numbers[:length]
 
 
 def _text(value: Value, name: str) -> str:

@@ -33,6 +33,7 @@ class MapChoice:
         self._kept = kept
         self._costs = settings.costs
         self._router: Router | None = None
+        self._house: tuple[dict[str, Floor], FloorRouter] | None = None
         self._publisher = node.publisher("topology")
 
     def take_map(self, grid: OccupancyGrid, plan: Plan) -> None:
@@ -112,7 +113,9 @@ class MapChoice:
             return FloorRoute((Leg(here.name, found),), found.cost), {here.name: here}
         floors = {stored.floor.name: stored.floor for stored in self.library.all()}
         floors[here.name] = here
-        return FloorRouter(floors, self._costs).route(start, end), floors
+        if self._house is None or not _are_same(self._house[0], floors):
+            self._house = floors, FloorRouter(floors, self._costs)
+        return self._house[1].route(start, end), floors
 
     def _show_if_of(self, grid: OccupancyGrid) -> None:
         if self.floor is not None and self.floor.map.map_id == grid.map_id:
@@ -120,3 +123,8 @@ class MapChoice:
 
     def _message(self, floor: Floor) -> TopologicalMap:
         return messages.map_message(floor, self._node.clock.now_ns(), self._costs)
+
+
+def _are_same(one: dict[str, Floor], other: dict[str, Floor]) -> bool:
+    """Say whether these are the very same floors: to compare what they hold would take longer."""
+    return one.keys() == other.keys() and all(one[name] is other[name] for name in one)

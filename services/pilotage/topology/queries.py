@@ -9,7 +9,7 @@ from pilotage.bus.node import Node
 from pilotage.topology import messages
 from pilotage.topology.floor_routes import Place
 from pilotage.topology.floors import Floor
-from pilotage.topology.map_choice import MapChoice
+from pilotage.topology.map_choice import WORK_S, MapChoice
 from pilotage.topology.route import NoRouteError
 from pilotage.topology.storage import LibraryError, Stored, packed
 from pilotage_schemas import topology as t
@@ -100,15 +100,17 @@ class Queries:
     def fetch(self, request: t.TopologyFetch) -> t.TopologyFile:
         """Return a map as GeoJSON: one of the library, or without a name the one in use."""
         try:
-            floor = self._at.library.load(request.name) if request.name else self._at.required
+            name = request.name
+            content = self._at.library.read(name) if name else packed(self._at.required)
         except LibraryError as error:
             raise RefusedError(str(error)) from error
-        return t.TopologyFile(content=np.frombuffer(packed(floor), np.int8))
+        return t.TopologyFile(content=np.frombuffer(content, np.int8))
 
     def store(self, request: t.TopologyStore) -> t.TopologySaved:
         """Take a map into the library."""
         try:
-            floor = self._at.library.store(request.name, request.content.tobytes())
+            with self._node.busy(WORK_S):
+                floor = self._at.library.store(request.name, request.content.tobytes())
         except LibraryError as error:
             raise RefusedError(str(error)) from error
         return _saved(floor, f"{floor.name}.geojson")

@@ -75,17 +75,25 @@ class TopologyLibrary:
         """Return a map and when it was kept; LibraryError if it is not there or damaged."""
         file = self._file(name)
         try:
-            told = file.stat()
-            state = (told.st_mtime_ns, told.st_size)
+            state = _state(file)
             if self._known.get(name, (None,))[0] != state:
                 floor = replace(parsed(file.read_bytes()), name=name)
-                self._known[name] = (state, Stored(floor, told.st_mtime_ns))
+                self._known[name] = (state, Stored(floor, state[0]))
         except JsonError as error:
             raise LibraryError(f"the topological map '{name}' is damaged: {error}") from error
         except OSError as error:
             reason = error.strerror or str(error)
             raise LibraryError(f"the topological map '{name}': {reason}") from error
         return self._known[name][1]
+
+    def read(self, name: str) -> bytes:
+        """Return the file of a map as it is; LibraryError if it is not there or damaged."""
+        self.about(name)
+        try:
+            return self._file(name).read_bytes()
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise LibraryError(f"the topological map '{name}': {reason}") from error
 
     def all(self) -> Iterator[Stored]:
         """Yield the maps by name, but for damaged ones."""
@@ -149,7 +157,11 @@ class TopologyLibrary:
             names = " and ".join(f"'{floor.name}'" for floor in floors)
             reason = error.strerror or str(error)
             raise LibraryError(f"{names} could not be saved: {reason}") from error
-        return [folder / file for file in files]
+        written = [folder / file for file in files]
+        for floor, file in zip(floors, written, strict=True):
+            state = _state(file)
+            self._known[floor.name] = (state, Stored(floor, state[0]))
+        return written
 
     def _file(self, name: str) -> Path:
         _require_name(name)
@@ -257,6 +269,12 @@ def parsed(content: bytes) -> Floor:
     except ValueError as error:
         raise JsonError(f"it is not JSON: {error}") from error
     return floor_from_geojson(document)
+
+
+def _state(file: Path) -> tuple[int, int]:
+    """Return what tells whether a file has changed: its time, Unix ns, and its size."""
+    told = file.stat()
+    return told.st_mtime_ns, told.st_size
 
 
 def _refuse(name: str) -> None:

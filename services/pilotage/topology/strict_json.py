@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 LARGEST = 1e9
 """Numbers beyond this [m, rad] mean a mistake."""
@@ -14,18 +13,28 @@ class JsonError(ValueError):
     """A value that is missing or of another kind; the text says where it stands and what it is."""
 
 
-@dataclass(frozen=True)
 class Value:
-    """A value and the path to it, e.g. `features[3].properties.id`."""
+    """A value and where it stands: as `step` (`.properties` or `[3]`) of `parent`."""
 
-    json: object
-    path: str = ""
+    __slots__ = ("_parent", "_step", "json")
+
+    def __init__(self, json: object, parent: "Value | None" = None, step: str | int = "") -> None:
+        self.json = json
+        self._parent, self._step = parent, step
+
+    @property
+    def path(self) -> str:
+        """The path to it, e.g. `features[3].properties.id`; made only where it is needed."""
+        before = "" if self._parent is None else self._parent.path
+        if isinstance(self._step, int):
+            return f"{before}[{self._step}]"
+        return f"{before}.{self._step}" if before else self._step
 
     def member(self, name: str) -> "Value":
         """Return a member of an object; JsonError if there is none."""
         found = self.optional(name)
         if found is None:
-            raise JsonError(f"{self._at(name)} is missing")
+            raise JsonError(f"{Value(None, self, name).path} is missing")
         return found
 
     def optional(self, name: str) -> "Value | None":
@@ -33,14 +42,14 @@ class Value:
         if not isinstance(self.json, dict):
             raise JsonError(f"{self.path or 'the document'} must be an object")
         found = self.json.get(name)
-        return None if found is None else Value(found, self._at(name))
+        return None if found is None else Value(found, self, name)
 
     def items(self) -> Iterator["Value"]:
         """Yield what an array holds."""
         if not isinstance(self.json, list):
             raise JsonError(f"{self.path} must be an array")
         for i, item in enumerate(self.json):
-            yield Value(item, f"{self.path}[{i}]")
+            yield Value(item, self, i)
 
     def number(self) -> float:
         """Return a finite number of reasonable size."""
@@ -81,6 +90,3 @@ class Value:
         if not isinstance(self.json, str) or self.json not in words:
             raise JsonError(f"{self.path} must be one of {', '.join(words)}")
         return self.json
-
-    def _at(self, name: str) -> str:
-        return f"{self.path}.{name}" if self.path else name
