@@ -163,7 +163,7 @@ def test_the_covariance_of_a_match_is_honest() -> None:
     """The mean squared Mahalanobis distance of the truth is that of three degrees of freedom."""
     rng = np.random.default_rng(11)
     world = uneven_corridor()
-    params = MatchParams(direction_sigma=SIGMA_TURN, place_sigma=1e-6)
+    params = MatchParams(direction_sigma=SIGMA_TURN, place_sigma=1e-6, shared=(0.0, 0.0))
     distances = []
     for _ in range(1500):
         truth = np.array([rng.uniform(0.4, 1.5), rng.uniform(-0.4, 0.4), rng.uniform(-0.4, 0.4)])

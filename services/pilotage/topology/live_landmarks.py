@@ -77,6 +77,11 @@ class Landmarks:
         self._votes = np.concatenate([self._votes, votes])
         return which
 
+    def keep(self, which: NDArray[np.bool_]) -> None:
+        """Forget all but those that a mask (n,) chooses."""
+        self._all = self._all.chosen(which)
+        self._votes = self._votes[which]
+
     def _associated(self, seen: Features) -> NDArray[np.int64]:
         """Return the landmark (k,) that each seen feature is, -1 if none; the nearest first."""
         which = np.full(len(seen), -1)

@@ -6,7 +6,7 @@ features decide: near the node, or at any node that odometry says can have been 
 wrong pose does not hide the right node (Zhuang et al. 2005, section 3.2).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from pilotage.topology.node_matching import (
     match_features,
 )
 from pilotage.topology.node_matching_hypotheses import Window
+from pilotage.topology.seen_features_memory import SeenMemory
 from pilotage.topology.topological_map import Node, TopologicalMap
 
 
@@ -74,14 +75,16 @@ class Now:
 class Arrival:
     """The robot is at `node`; `is_new` on reaching it.
 
-    `match` of its features, None without any pair. `relocalizes`: the pose of the match is to
-    replace the estimate.
+    `match` of its features, None without any pair; its pairs are of `seen` (base_link), which is
+    what was seen over the last metre. `relocalizes`: the pose of the match is to replace the
+    estimate.
     """
 
     node: int
     is_new: bool
     match: NodeMatch | None
     relocalizes: bool
+    seen: Features
 
 
 class NodeWatch:
@@ -93,6 +96,7 @@ class NodeWatch:
         self._ids = np.array([node.id for node in topology.nodes], np.int64)
         self._places = topology.places
         self._search = NodeSearch(topology, self.params.search, self.params.match)
+        self._memory = SeenMemory()
         self._at: int | None = None
         self._departure: Departure | None = None
         self._driven = 0.0
@@ -103,6 +107,8 @@ class NodeWatch:
     def update(self, now: Now) -> Arrival | None:
         """Return the node that the robot is at, if at one; call for every scan."""
         self._drive(now.odom_from_base)
+        # One scan shows two or three features, the last metre twice as many.
+        now = replace(now, seen=self._memory.add(now.odom_from_base, now.seen))
         is_lost = now.has_failed or not np.isfinite(now.map_from_base).all()
         if is_lost or self._blind >= self.params.blind:
             return self._found(now)
@@ -111,6 +117,7 @@ class NodeWatch:
     def forget_odometry(self) -> None:
         """Begin anew after odometry was: how far the robot has come since is not known."""
         self._departure = self._last_odom = None
+        self._memory.clear()
         self._agreeing.clear()
 
     def _drive(self, odom: NDArray[np.float64]) -> None:
@@ -134,7 +141,7 @@ class NodeWatch:
             self._depart(node.id, match.pose, now.odom_from_base)
         elif self._departure is None:
             self._depart(node.id, now.map_from_base, now.odom_from_base)
-        return Arrival(node.id, is_new, match, relocalizes)
+        return Arrival(node.id, is_new, match, relocalizes, now.seen)
 
     def _found(self, now: Now) -> Arrival | None:
         """Return the node whose features are seen, wherever the estimate is."""
@@ -152,7 +159,7 @@ class NodeWatch:
             return None
         is_new, self._at = number != self._at, number
         self._depart(number, match.pose, now.odom_from_base)
-        return Arrival(number, is_new, match, relocalizes=True)
+        return Arrival(number, is_new, match, relocalizes=True, seen=now.seen)
 
     def _near(self, pose: NDArray[np.float64]) -> tuple[Node | None, bool]:
         """Return the node at a pose and whether it has just been reached."""

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +10,7 @@ from pilotage.core.angles import wrap
 from pilotage.topology.features import Features
 from pilotage.topology.node_matching import MatchParams, NodeMatch, match_features
 from pilotage.topology.node_matching_hypotheses import Window
+from pilotage.topology.route import Graph
 from pilotage.topology.topological_map import Node, TopologicalMap
 
 
@@ -43,12 +43,11 @@ class NodeSearch:
     def __init__(self, topology: TopologicalMap, params: SearchParams, match: MatchParams) -> None:
         self.params, self.match = params, match
         self._nodes = {node.id: node for node in topology.nodes}
-        self._ways: nx.Graph[int] = nx.Graph()
-        self._ways.add_nodes_from(self._nodes)
-        for edge in topology.edges:
-            known = self._ways.get_edge_data(edge.start, edge.end, {"length": np.inf})
-            length = min(edge.length, known["length"])
-            self._ways.add_edge(edge.start, edge.end, length=length)
+        self._index = {number: index for index, number in enumerate(self._nodes)}
+        lengths = [
+            (self._index[edge.start], self._index[edge.end], edge.length) for edge in topology.edges
+        ]
+        self._ways = Graph(len(self._nodes), lengths, landmarks=0)
 
     def find(
         self, departure: Departure, driven: float, odom: NDArray[np.float64], seen: Features
@@ -76,10 +75,8 @@ class NodeSearch:
     def _reachable(self, start: int, driven: float) -> list[Node]:
         """Return the nodes that lie so far from a node along the edges, or nearer."""
         limit = driven * (1.0 + self.params.slip) + self.params.shift + self.params.window[0]
-        lengths = nx.single_source_dijkstra_path_length(
-            self._ways, start, cutoff=limit, weight="length"
-        )
-        return [self._nodes[number] for number in lengths]
+        lengths = self._ways.costs_from(self._index[start])
+        return [node for node in self._nodes.values() if lengths[self._index[node.id]] <= limit]
 
     def _matched(self, node: Node, heading: float, seen: Features) -> NodeMatch | None:
         prior = np.array([*node.pose[:2], wrap(heading)])

@@ -33,6 +33,8 @@ class MatchParams:
     """rad between the directions of one feature in two views, over and above the window."""
     place_sigma: float = 0.03
     """m that a map's cells and thick frames add to every place."""
+    shared: Window = (0.03, 0.015)
+    """m and rad of errors that all features share, which no number of pairs averages out."""
     gate: float = 11.3
     """Squared Mahalanobis distance that 99 % of true pairs stay below (chi2, three degrees)."""
     reach: float = 6.0
@@ -199,5 +201,6 @@ def _compared(settled: list[_Settled], params: MatchParams) -> NodeMatch | None:
     rivals = [s.score for s in settled[1:] if _differ(s.pose, best.pose, params.apart)]
     rival = max([0.0, *rivals])
     is_clear = best.score - rival >= params.least_lead and rival <= params.best_share * best.score
-    covariance = np.asarray(np.linalg.inv(best.information), np.float64)
+    shared = np.diag([params.shared[0], params.shared[0], params.shared[1]]) ** 2
+    covariance = np.asarray(np.linalg.inv(best.information) + shared, np.float64)
     return NodeMatch(best.pose, covariance, best.pairs, best.score, rival, is_clear)
