@@ -108,7 +108,7 @@ class Finder:
         is_kept = sight.map_from_base is not None and not arrival.relocalizes
         pose = sight.map_from_base if is_kept else match.pose
         assert pose is not None  # noqa: S101 - an estimate that is kept is one
-        seen = sight.seen.chosen(match.pairs[:, 0]).moved(pose)
+        seen = arrival.seen.chosen(match.pairs[:, 0]).moved(pose)
         expected = node.features.chosen(match.pairs[:, 1])
         return Finding(node, arrival.is_new, pose, seen, expected, found)
 
