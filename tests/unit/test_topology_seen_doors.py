@@ -166,6 +166,29 @@ def test_a_leaf_that_stands_open_before_its_wall_is_the_side_of_a_door() -> None
     assert doors.poses[0, :2] == pytest.approx((2.95, FACE), abs=0.08)
 
 
+@pytest.mark.parametrize("degrees", [20.0, 35.0, 60.0])
+@pytest.mark.parametrize("hinge", [2.5, 3.4])
+def test_a_leaf_that_is_ajar_is_a_door(degrees: float, hinge: float) -> None:
+    world = room((2.5, 3.4, 1.0))
+    cells = world.cells.copy()
+    turn = np.deg2rad(degrees if hinge < 3.0 else 180.0 - degrees)
+    leaf = (hinge, 3.075) + np.linspace(0.0, 0.9, 100)[:, None] * (np.cos(turn), np.sin(turn))
+    cells[tuple(world.geometry.cells_of(leaf).T)] = 100
+    kind, pose, width = only(seen(OccupancyMap(world.geometry, cells)))
+    assert kind == DOOR
+    assert pose[:2] == pytest.approx((2.95, FACE), abs=0.05)
+    assert width == pytest.approx(0.9, abs=0.08)
+
+
+def test_a_door_that_is_seen_aslant_shows_only_the_side_of_its_way_in() -> None:
+    world = room((2.5, 3.4, 1.0))
+    cells = world.cells.copy()
+    cells[64:82, 68:69] = 100  # the leaf stands open in the other room
+    features = seen(OccupancyMap(world.geometry, cells), (1.7, 2.3, 0.6))
+    assert DOOR in features.kinds
+    assert features.poses[0, :2] == pytest.approx((2.95, FACE), abs=0.06)
+
+
 def test_two_cupboards_before_a_wall_are_no_door() -> None:
     world = room()
     cells = world.cells.copy()
@@ -305,8 +328,8 @@ def office(people: int, *, has_camera: bool) -> Account:
 @pytest.mark.parametrize("people", [0, 10])
 def test_in_the_corridor_the_laser_alone_sees_all_doors_but_the_flush_ones(people: int) -> None:
     account = corridor(people, has_camera=False)
-    assert account.precision > 0.95
-    assert account.recall > 0.65
+    assert account.precision > 0.97  # measured 1.00 and 0.99
+    assert account.recall > 0.72  # measured 0.81: two doors of sixteen are flush
     assert len(account.ever_seen) == 14
     assert abs(np.mean(account.width_errors)) < 0.015
     assert np.std(account.width_errors) < 0.07
@@ -316,9 +339,9 @@ def test_in_the_corridor_the_laser_alone_sees_all_doors_but_the_flush_ones(peopl
 @pytest.mark.parametrize("people", [0, 10])
 def test_in_the_corridor_laser_and_camera_see_every_door(people: int) -> None:
     account = corridor(people, has_camera=True)
-    assert account.precision > 0.95
-    assert account.recall > 0.65
-    assert account.recall_in_picture > 0.8
+    assert account.precision > 0.97  # measured 1.00 and 0.99
+    assert account.recall > 0.72  # measured 0.83 and 0.78
+    assert account.recall_in_picture > 0.75  # measured 0.90 and 0.85
     assert len(account.ever_seen) == 16
     assert abs(np.mean(account.width_errors)) < 0.02
     assert 0.2 < np.mean(account.squares) < 2.0
@@ -329,5 +352,5 @@ def test_all_over_the_office_most_doors_are_seen_and_most_of_what_is_seen_are_do
     has_camera: bool,  # noqa: FBT001 - a case of the test
 ) -> None:
     account = office(8, has_camera=has_camera)
-    assert account.precision > 0.7
-    assert account.recall > 0.65
+    assert account.precision > 0.78  # measured 0.87; the rest stands between pieces of furniture
+    assert account.recall > 0.72  # measured 0.82

@@ -115,7 +115,7 @@ def _between(met: Crossings, first: Jamb, second: Jamb, on_wall: float) -> Gap |
     inside = (met.places > first.place) & (met.places < second.place) & (met.depths > -on_wall)
     if inside.sum() < 3 or np.mean(np.abs(met.depths[inside]) <= on_wall) < 0.8:
         return None
-    return Gap(first, second, met.places[inside], met.depths[inside])
+    return Gap(first, second, met.ended[inside], met.depths[inside])
 
 
 def _holds(gap: Gap, other: Gap) -> bool:

@@ -15,17 +15,11 @@ THINNEST_WALL = 0.10
 """m: a beam that ends nearer behind the face of a wall ended between its jambs."""
 NARROWEST = 0.4
 """m: narrower gaps are no way."""
-MOST = 0.75
-"""Share of a leaf's beams that must agree; some end on a jamb, some come back from nowhere."""
-HALF, SOME = 0.5, 0.3
-"""Shares of the beams in an open gap that must go through it, and far beyond."""
 BESIDE_BEAMS, BESIDE_ERROR, BESIDE_DEPTH = 3, 0.04, 0.5
 """So many beams next to a gap end within so much of its jamb, m, the first so near the wall, m:
 on a leaf that stands open before the wall, or on a side wall that the jamb is flush with."""
 HIDDEN = 0.5
 """m of wall that may be hidden in one piece beside a gap; what is farther is another wall."""
-LEAF_ERROR = 0.03
-"""m that beams on a leaf may lie off a straight line."""
 
 
 @dataclass(frozen=True)
@@ -40,13 +34,13 @@ class Jamb:
 class Gap:
     """A gap between two jambs.
 
-    `depths` (k,) m beyond the wall at which its beams ended, at `places` (k,) along the wall.
+    Its beams ended beside the places `ended` (k,) along the wall, `depths` (k,) m beyond it.
     `sides`: how much wall is seen before the first and after the second, m.
     """
 
     first: Jamb
     second: Jamb
-    places: NDArray[np.float64]
+    ended: NDArray[np.float64]
     depths: NDArray[np.float64]
     sides: tuple[float, float] = (np.inf, np.inf)
 
@@ -54,34 +48,6 @@ class Gap:
     def width(self) -> float:
         """Distance between its jambs, m."""
         return self.second.place - self.first.place
-
-    def is_open(self, depth: float, room: float) -> bool:
-        """Say whether most of its beams went on by `depth` m, and some of them by `room` m.
-
-        Beams that meet the side of a jamb end earlier, those of a leaf all do, those of a niche or
-        of the wall behind two cupboards end before there is room to enter.
-        """
-        through = np.mean(self.depths > depth) > HALF
-        return bool(through and np.mean(self.depths > room) > SOME and len(self.depths) > 2)
-
-    def has_leaf(self, shallowest: float, deepest: float) -> bool:
-        """Say whether its beams end on something straight, between these depths (m) on average.
-
-        A leaf that is closed lies at one depth; one that is ajar begins at a jamb.
-        """
-        came_back = np.isfinite(self.depths)
-        if came_back.sum() < 3 or came_back.mean() < MOST:
-            return False
-        places, depths = self.places[came_back], self.depths[came_back]
-        middle = float(np.median(depths))
-        if not shallowest <= middle <= deepest:
-            return False
-        if np.mean(np.abs(depths - middle) < LEAF_ERROR) > MOST:
-            return True
-        slope, base = np.polyfit(places, depths, 1)
-        off = np.abs(slope * places + base - depths)
-        at_jambs = slope * np.array([self.first.place, self.second.place]) + base
-        return bool(np.mean(off < LEAF_ERROR) > MOST and np.abs(at_jambs).min() < 0.15)
 
 
 def gaps_in(met: Crossings, tolerance: float, widest: float) -> list[Gap]:
@@ -110,7 +76,7 @@ def gaps_in(met: Crossings, tolerance: float, widest: float) -> list[Gap]:
         first = _jamb(ended[begin], float(reached.min()), steps[begin])
         second = _jamb(ended[end + 1], float(reached.max()), steps[end])
         sides = float(before[begin]), float(after[end + 1])
-        gap = Gap(first, second, places[inside], depths[inside], sides)
+        gap = Gap(first, second, ended[inside], depths[inside], sides)
         if NARROWEST <= gap.width <= widest:
             gaps.append(gap)
     return gaps

@@ -15,6 +15,7 @@ from pilotage.core import se2
 from pilotage.topology.door_edges import SeenEdges
 from pilotage.topology.door_frames import framed_doors, sharpened
 from pilotage.topology.door_gaps import Gap, gaps_in
+from pilotage.topology.door_shapes import is_ajar, is_closed, is_open
 from pilotage.topology.door_walls import Wall, crossings, edges_on, walls_of
 from pilotage.topology.features import KINDS, Features
 from pilotage.topology.scan_view import ScanView
@@ -106,11 +107,10 @@ def _kind(gap: Gap, params: DoorParams) -> int | None:
     if (min if is_wide else max)(gap.sides) < params.side:
         return None
     has_width = any(least <= gap.width <= most for least, most in params.widths)
-    if gap.is_open(params.open_depth, params.room_depth):
+    if is_open(gap, params.open_depth, params.room_depth):
         return DOOR if has_width else PASSAGE
-    if has_width and gap.has_leaf(-params.on_wall, params.deepest_leaf):
-        return DOOR
-    return None
+    has_leaf = has_width and (is_closed(gap, params.deepest_leaf) or is_ajar(gap))
+    return DOOR if has_leaf else None
 
 
 def _covariance(wall: Wall, gap: Gap, params: DoorParams) -> NDArray[np.float64]:
