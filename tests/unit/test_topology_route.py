@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from naive.routes import route_cost
-from pilotage.topology.route import NoRouteError, RouteCosts, Router, way_along
+from pilotage.topology.route import Graph, NoRouteError, RouteCosts, Router, way_along
 from pilotage.topology.topological_map import Edge, TopologicalMap
 from topology_maps import CORRIDOR, graph
 
@@ -89,6 +89,11 @@ def test_the_way_is_the_polyline_of_its_edges_each_in_the_direction_driven() -> 
     world = TopologicalMap("0123", world.nodes, (Edge(9, 1, 0, "room", 4.5, bent), *world.edges))
     way = way_along(world, Router(world).route(0, 2))
     np.testing.assert_array_equal(way, [[0.0, 0.0], [2.0, 1.0], [4.0, 0.0], [6.0, 0.0]])
+
+
+def test_what_all_ways_from_a_node_cost_can_be_had_at_once() -> None:
+    ways = Graph(4, [(0, 1, 2.0), (1, 2, 1.0), (0, 2, 5.0)], landmarks=0)
+    assert ways.costs_from(2).tolist() == [3.0, 1.0, 0.0, np.inf]
 
 
 def drawn(rng: np.random.Generator, side: int, share: float) -> TopologicalMap:

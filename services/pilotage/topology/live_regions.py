@@ -1,6 +1,5 @@
 """Corridors and rooms: what the doors and passages of a trail part from each other."""
 
-import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,21 +19,21 @@ def leg_kinds(nodes: list[Placed], legs: list[Leg], poses: NDArray[np.float64]) 
 
     `poses` (n, 3) of the stops of the trail.
     """
-    spaces: nx.Graph[int] = nx.Graph()
-    is_opening = [node.opening >= 0 for node in nodes]
-    spaces.add_nodes_from(k for k in range(len(nodes)) if not is_opening[k])
-    spaces.add_edges_from(
-        (leg.start, leg.end) for leg in legs if not (is_opening[leg.start] or is_opening[leg.end])
-    )
-    space_of = {
-        node: number
-        for number, space in enumerate(nx.connected_components(spaces))
-        for node in space
-    }
+    space_of = _spaces(nodes, legs)
     corridors = {
         number for number in set(space_of.values()) if _is_corridor(number, space_of, legs, poses)
     }
     return [_kind(leg, nodes, space_of, corridors) for leg in legs]
+
+
+def _spaces(nodes: list[Placed], legs: list[Leg]) -> dict[int, int]:
+    """Return which space each node that is in no opening lies in."""
+    space_of = {k: k for k, node in enumerate(nodes) if node.opening < 0}
+    for leg in legs:
+        one, other = space_of.get(leg.start), space_of.get(leg.end)
+        if one is not None and other is not None and one != other:
+            space_of = {k: one if space == other else space for k, space in space_of.items()}
+    return space_of
 
 
 def _kind(leg: Leg, nodes: list[Placed], space_of: dict[int, int], corridors: set[int]) -> EdgeKind:

@@ -52,9 +52,14 @@ class Route:
 
 
 class Graph:
-    """Nodes 0 to `count` and ways that lead both ways, (start, end, cost), in compact arrays."""
+    """Nodes 0 to `count` and ways that lead both ways, (start, end, cost), in compact arrays.
 
-    def __init__(self, count: int, ways: list[tuple[int, int, float]]) -> None:
+    `landmarks` make searches between two nodes short; who wants all costs needs none.
+    """
+
+    def __init__(
+        self, count: int, ways: list[tuple[int, int, float]], landmarks: int = LANDMARKS
+    ) -> None:
         ends = np.array([(start, end) for start, end, _ in ways], np.int64).reshape(-1, 2)
         costs = np.array([cost for _, _, cost in ways], float)
         sources = np.concatenate([ends[:, 0], ends[:, 1]])
@@ -66,7 +71,11 @@ class Graph:
             np.concatenate([costs, costs])[order],
         )
         self._ways = order % max(1, len(ways))
-        self._landmarks = landmark_costs(self._steps, min(LANDMARKS, count))
+        self._landmarks = landmark_costs(self._steps, min(landmarks, count))
+
+    def costs_from(self, start: int) -> NDArray[np.float64]:
+        """Return what the cheapest way to each node costs (count,), infinite without one."""
+        return cheapest_steps(self._steps, np.empty((len(self._steps[0]) - 1, 0)), start, -1)[0]
 
     def cheapest(self, start: int, end: int) -> tuple[float, list[int], list[int]] | None:
         """Return the cost, the nodes and the ways of the cheapest route; None if there is none."""
