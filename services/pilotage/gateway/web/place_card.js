@@ -216,11 +216,12 @@ export class PlaceCard {
 
 const placesText = (n) => (n === 1 ? "1 place" : `${n} places`);
 
-/** "2 doors (0.90 and 0.88 m), 1 corner". */
+/** "2 doors, 1 corner, 0.88 to 0.90 m wide". */
 function featuresText(features) {
   if (!features.length) return "No feature is bound to it";
-  const widths = features.filter(({ width }) => width).map(({ width }) => number(width, 2));
-  const wide = widths.length ? `, ${widths.join(" and ")}\u202fm wide` : "";
+  const widths = features.map(({ width }) => width).filter(Boolean);
+  const ends = [Math.min(...widths), Math.max(...widths)].map((width) => number(width, 2));
+  const wide = widths.length ? `, ${[...new Set(ends)].join(" to ")}\u202fm wide` : "";
   return `${countText(features.map(({ kind }) => kind))}${wide}`;
 }
 
