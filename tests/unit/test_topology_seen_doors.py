@@ -280,13 +280,15 @@ def random_wall(rng: np.random.Generator) -> Wall:
 def test_beams_cross_a_wall_where_two_lines_meet(seed: int) -> None:
     rng = np.random.default_rng(seed)
     wall, ranges = random_wall(rng), rng.uniform(0.1, 8.0, BEAMS)
-    bearings = FIRST + STEP * np.arange(BEAMS)
+    bearings = np.asarray(FIRST + STEP * np.arange(BEAMS), np.float64)
     met = crossings(ScanView.of(ranges, (FIRST, STEP)), wall, 6.0)
     assert met.places == pytest.approx(naive.places((0.0, 0.0), bearings, wall, 6.0))
-    hit = [
-        (naive.crossing((0.0, 0.0), b, wall), r, b) for r, b in zip(ranges, bearings, strict=True)
+    met_by = [
+        (one[1], measured, bearing)
+        for measured, bearing in zip(ranges, bearings, strict=True)
+        if (one := naive.crossing((0.0, 0.0), bearing, wall)) is not None and one[0] <= 6.0
     ]
-    ordered = sorted((one[1], r, b) for one, r, b in hit if one is not None and one[0] <= 6.0)
+    ordered = sorted(met_by)
     assert met.depths == pytest.approx([naive.depth(r, b, wall) for _, r, b in ordered])
 
 

@@ -10,6 +10,7 @@ from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.robot.simulator.camera import Camera
 from pilotage.robot.simulator.picture import Painter
+from pilotage.robot.simulator.picture_kernels import warm_up
 from pilotage.robot.simulator.picture_params import PictureParams
 from pilotage.robot.simulator.simulation import Simulation
 from pilotage.robot.vertical_edges import vertical_edges
@@ -24,6 +25,7 @@ class Eye:
         params = simulation.params.picture or PictureParams()
         self._painter = Painter(params, camera.params.field_of_view)
         self._rng = simulation.rng.spawn(1)[0]
+        warm_up()  # a picture must not be late because its painter is being compiled
 
     def edges(self, stamp_ns: int) -> VerticalEdges:
         """Return the edges in view now, off the robot's x axis as the pan joint has it."""
