@@ -18,6 +18,8 @@ BAND = np.linspace(-0.15, 0.15, 7)
 """m beside a chord's line: a wall there continues the line."""
 FLANKS = np.array([0.2, 0.3, 0.4, 0.5])
 """m before a wall's face, past bumps and pilasters."""
+SLIVER = 0.1
+"""m^2: what is smaller was cut off by the steps of a chord's line, and is as little a room."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,7 @@ def _pieces_between(space: Space, chords: Chords) -> tuple[NDArray[np.int32], ND
         cv2.line(cut, cells[0].tolist(), cells[1].tolist(), (0,), thickness=2)
     _, pieces, sizes, _ = cv2.connectedComponentsWithStats(cut, connectivity=4)
     areas = sizes[:, cv2.CC_STAT_AREA].astype(float) * space.resolution**2
-    return np.asarray(pieces, np.int32), areas
+    return np.where(areas[pieces] < SLIVER, 0, pieces).astype(np.int32), areas
 
 
 def _pieces_beside(space: Space, chords: Chords, pieces: NDArray[np.int32]) -> NDArray[np.int64]:
