@@ -147,12 +147,16 @@ def relocalization_message(found: FoundPose, map_id: str, stamp_ns: int) -> t.Re
 def pairs_message(finding: Finding, stamp_ns: int) -> t.MatchedPairs:
     """Return the pairs at a node; none where the robot is at none, or sees nothing of it."""
     seen, expected = finding.seen or Features.none(), finding.expected or Features.none()
+    here, there = stretches(seen), stretches(expected)
+    turned = there[:, [2, 3, 0, 1]]
+    # An opening can be gone through either way: whichever side comes first.
+    is_turned = np.abs(turned - here).sum(axis=1) < np.abs(there - here).sum(axis=1)
     return t.MatchedPairs(
         stamp_ns=stamp_ns,
         frame_id="map",
         kinds=tuple(KINDS[kind] for kind in seen.kinds),
-        seen=stretches(seen),
-        expected=stretches(expected),
+        seen=here,
+        expected=np.where(is_turned[:, None], turned, there),
         node=None if finding.node is None else finding.node.id,
     )
 
