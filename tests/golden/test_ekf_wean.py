@@ -58,7 +58,7 @@ def off_the_way(told: Run, recorded: Recorded) -> list[float]:
 def test_the_robot_is_followed_to_the_end(folder: Path, recorded: Recorded) -> None:
     away = off_the_way(run(folder, recorded), recorded)
     assert np.median(away) < 0.7
-    assert max(away) < 1.5, "the next door is 6 m off"
+    assert max(away) < 2.0, "the next door is 6 m off"
 
 
 @BOTH

@@ -42,7 +42,7 @@ class TrustParams:
     share_counts: float = 4.0
     loudest: float = 3.0
     least: float = -4.0
-    most: float = 6.5
+    most: float = 7.5
     worse: float = 0.35
     enough: int = 2
     starved: float = 12.0
