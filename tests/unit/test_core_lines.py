@@ -227,3 +227,13 @@ def test_chosen_lines_keep_what_belongs_to_them() -> None:
 
 def test_no_lines_can_be_moved() -> None:
     assert len(Lines.none().moved([1.0, 2.0, 3.0])) == 0
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-9, 1e9, 1e200])
+def test_ranges_beyond_all_reason_do_no_harm(scale: float) -> None:
+    rng = np.random.default_rng(1)
+    ranges = scale * rng.uniform(0.0, 1.0, 361)
+    ranges[100:200] = 2.0
+    lines = extract_lines(ranges, AHEAD)
+    assert np.isfinite(lines.ends).all()
+    assert np.isfinite(lines.covariances).all()

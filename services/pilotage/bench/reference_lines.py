@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
-from pilotage.core.line_extraction import LineParams
+from pilotage.core.line_extraction import FARTHEST, LineParams
 from pilotage.core.line_fit import ROUNDS, BeamNoise
 from pilotage.core.line_merging import BEHIND
 from pilotage.core.line_splitting import FRAGMENTS, GRAZING, LOST, REFINED
@@ -75,7 +75,7 @@ def plain_lines(
     """Return the walls in a scan (n,), as `line_extraction.extract_lines` does."""
     scan = np.column_stack([angles[0] + angles[1] * np.arange(len(ranges)), ranges])
     scan = scan[:: 1 if angles[1] > 0.0 else -1]
-    scan[~np.isfinite(scan[:, 1]) | (scan[:, 1] < 0.0), 1] = 0.0
+    scan[~((scan[:, 1] > 0.0) & (scan[:, 1] < FARTHEST)), 1] = 0.0
     twin = _Twin(scan, abs(angles[1]), params)
     return twin.lines()
 

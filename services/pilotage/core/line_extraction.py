@@ -22,6 +22,8 @@ from pilotage.core.lines import Lines
 from pilotage.core.scans import Ranges, bearings_of
 
 USUAL_LASER = BeamNoise()
+FARTHEST = 1e5
+"""m: no laser of a robot measures this."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ def _demands(params: LineParams) -> Demands:
 def _in_order(ranges: NDArray[np.float64], first: float, step: float) -> NDArray[np.float64]:
     """Return beams (n, 3), bearings rising; ranges are 0 where nothing came back."""
     bearings = bearings_of(len(ranges), first, step)
-    usable = np.isfinite(ranges) & (ranges > 0.0)
+    usable = (ranges > 0.0) & (ranges < FARTHEST)
     known = np.where(usable, ranges, 0.0)
     scan = np.stack([np.cos(bearings), np.sin(bearings), known], axis=1)
     if step < 0.0:
