@@ -99,15 +99,17 @@ def _agreement(
     known = np.flatnonzero(carried.places[parents] != NOWHERE)
     parents, fit = parents[known], fit[known]
     off = se2.between(carried.poses[parents], fits.poses[fit])
+    # No variance along any axis is larger than the trace, and no frame changes the trace: what is
+    # too far for that is too far.
+    trace = np.trace(carried.covariances, axis1=1, axis2=2)[parents]
+    trace += np.trace(fits.covariances, axis1=1, axis2=2)[fit]
+    near = np.flatnonzero((off**2).sum(axis=1) <= params.gate * trace)
+    off, parents, fit = off[near], parents[near], fit[near]
     spread = carried.covariances[parents] + turned(fits.covariances[fit], off[:, 2])
-    # No variance along any axis is larger than the trace: what is too far for that is too far.
-    agreement[known] = -np.inf
-    reach = params.gate * np.trace(spread, axis1=1, axis2=2)
-    near = np.flatnonzero((off**2).sum(axis=1) <= reach)
-    off, spread = off[near], spread[near]
     squared = np.einsum("ni,ni->n", off, np.linalg.solve(spread, off[..., None])[..., 0])
     density = -0.5 * squared - 0.5 * np.log(np.linalg.det(spread)) - LOG_TURN_3
     density[squared > params.gate] = -np.inf
+    agreement[known] = -np.inf
     agreement[known[near]] = density - np.log(params.stray_ways)
     return agreement
 
