@@ -47,8 +47,10 @@ class DoorParams:
     """How far behind the face of a wall a closed leaf is looked for."""
     along_sigma: float = 0.01
     """How far jambs are rounded, bowed and out of plumb."""
+    behind: float = 0.07
+    """How far behind the face that is seen the middle of a door lies: half of a usual wall."""
     across_sigma: float = 0.05
-    """How far the middle of a door lies behind the face of its wall is not seen."""
+    """By how much walls differ from that."""
     jamb_sigma_max: float = 0.12
     """A jamb that is known worse is none: its gap is seen too thinly."""
 
@@ -56,7 +58,7 @@ class DoorParams:
 def seen_doors(
     view: ScanView, edges: SeenEdges | None = None, params: DoorParams | None = None
 ) -> Features:
-    """Return doors and passages seen, in base_link, on the face of their wall that is seen.
+    """Return doors and passages seen, in base_link, in the middle of their wall's thickness.
 
     `edges` are in base_link at the time of the scan; None without a camera.
     """
@@ -91,9 +93,10 @@ def _features(wall: Wall, gaps: list[Gap], params: DoorParams) -> Features:
         return Features.none()
     middles = [(gap.first.place + gap.second.place) / 2.0 for _, gap in named]
     heading = float(np.arctan2(-wall.normal[1], -wall.normal[0]))
+    inwards = params.behind * wall.normal
     return Features(
         np.array([kind for kind, _ in named], np.int64),
-        np.array([(*wall.point(place), heading) for place in middles]),
+        np.array([(*(wall.point(place) - inwards), heading) for place in middles]),
         np.array([gap.width for _, gap in named]),
         np.array([_covariance(wall, gap, params) for _, gap in named]),
     )
