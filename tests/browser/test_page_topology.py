@@ -153,6 +153,41 @@ def test_pairs_are_two_lines_and_a_dash_and_they_are_counted(
     expect(page.locator("#matched")).to_be_hidden()
 
 
+DASHED = """() => {
+  const canvas = document.querySelector("[data-chart=mass] canvas");
+  const copy = new OffscreenCanvas(canvas.width, canvas.height);
+  const context = copy.getContext("2d", { willReadFrequently: true });
+  context.drawImage(canvas, 0, 0);
+  const { data } = context.getImageData(40, 0, canvas.width - 40, canvas.height);
+  let n = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    const isIt = [133, 147, 161].every((value, c) => Math.abs(data[i + c] - value) < 30);
+    if (isIt && data[i + 3] > 60) n++;
+  }
+  return n;
+}"""
+
+
+def test_places_reached_and_poses_found_again_are_dashed_lines_in_the_charts(
+    topology: TopologyShow, open_page: OpenPage
+) -> None:
+    page = open_page()
+    wait_for_places(page)
+    told = page.locator("#last-place")
+    expect(told).to_contain_text("At Corridor 4")
+    # So that the next line is not drawn upon the last.
+    page.wait_for_timeout(1500)
+    at_first = page.evaluate(DASHED)
+    topology.put(at=3)
+    expect(told).to_contain_text("Corridor 3")
+    line = eventually(lambda: max(0, page.evaluate(DASHED) - at_first), 5.0, "the next place")
+    assert 30 < line < 160, "half of 104 px, over one column or two"
+    page.wait_for_timeout(1500)
+    topology.find_again(HERE)
+    expect(told).to_contain_text("Found again at Corridor 4")
+    eventually(lambda: page.evaluate(DASHED) > at_first + 1.2 * line, 5.0, "the pose found again")
+
+
 def test_old_pairs_turn_grey_and_vanish(page: Page, show: TopologyShow) -> None:
     for layer in ("belief", "potential", "graph", "trail", "truth"):
         chip(page, layer).click()

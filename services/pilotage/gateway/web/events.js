@@ -3,19 +3,15 @@
 import { WINDOW_MS } from "./history.js";
 import { eventText } from "./topology.js";
 
-const KINDS = ["localization", "service", "link", "command", "refusal", "kidnap", "map", "place"];
 const MARKED = new Set(["service", "link", "kidnap", "map", "place"]);
 
 /** Follows the events at `address` and keeps the marks of the last two minutes in `marks`. */
 export function followEvents(address, marks, clock) {
   const source = new EventSource(address);
-  for (const kind of KINDS) {
-    source.addEventListener(kind, (message) => {
-      const { stamp_ns: stampNs, text } = JSON.parse(message.data);
-      if (!MARKED.has(kind)) return;
-      mark(marks, { at: stampNs / 1e6, text }, clock.unixMs());
-    });
-  }
+  source.addEventListener("message", (message) => {
+    const { stamp_ns: stampNs, kind, text } = JSON.parse(message.data);
+    if (MARKED.has(kind)) mark(marks, { at: stampNs / 1e6, text }, clock.unixMs());
+  });
   return source;
 }
 

@@ -43,10 +43,12 @@ export class LayerList {
     this.buttons = new Map();
     const unfold = find("#unfold");
     LAYERS.forEach((layer, i) => unfold.before(this.chip(layer, i)));
-    setText(unfold, `+${LAYERS.length - ON_PHONE}`);
+    const more = `+${LAYERS.length - ON_PHONE}`;
+    setText(unfold, more);
     unfold.addEventListener("click", () => {
       const isOpen = find("#layers").classList.toggle("is-unfolded");
       unfold.setAttribute("aria-expanded", isOpen);
+      setText(unfold, isOpen ? "Fewer" : more);
     });
     this.restore();
   }

@@ -200,7 +200,8 @@ export class PlaceCard {
     const [bottom, top] = [low - (scene.covered ? RIM_PX : SCALE_PX), inset.top - RIM_PX];
     const spots = [[right, bottom], [right, top], [left, bottom], [left, top]].map(([x, y]) => ({ x, y }));
     const robot = scene.motion.pose();
-    const kept = [this.node.pose, ...(robot ? [robot] : [])].map((pose) => view.toScreen(pose));
+    // The robot counts twice: nothing may cover it, while a place keeps its name in the card.
+    const kept = [this.node.pose, ...(robot ? [robot, robot] : [])].map((pose) => view.toScreen(pose));
     const losses = spots.map((spot) => 100 * hidden(spot, card, kept, ROBOT_PX) + hidden(spot, card, this.onWay(), 0));
     const { x, y } = spots[losses.indexOf(Math.min(...losses))];
     this.box.style.transform = `translate(${Math.round(Math.max(RIM_PX, x))}px, ${Math.round(y)}px)`;
