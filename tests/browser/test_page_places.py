@@ -163,6 +163,14 @@ def test_places_are_reached_by_keys_alone(page: Page) -> None:
     assert page.evaluate("document.activeElement.id") == "live"
 
 
+def test_the_card_keeps_nobody_from_stopping_the_robot(page: Page, show: TopologyShow) -> None:
+    page.keyboard.press("n")
+    expect(page.locator("#place")).to_be_visible()
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
+    eventually(lambda: "stop" in [name for name, _ in show.asked], 5.0, "the robot stopping")
+
+
 def test_ways_lead_from_card_to_card(page: Page) -> None:
     press(page, FAR_ROOM)
     ways = page.locator("#place .way")

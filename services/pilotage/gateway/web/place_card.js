@@ -33,10 +33,6 @@ export class PlaceCard {
     this.part("close").addEventListener("click", () => this.close());
     this.part("route").addEventListener("click", () => this.route());
     this.part("go").addEventListener("click", () => this.go());
-    this.box.addEventListener("keydown", (event) => {
-      event.stopPropagation();
-      if (event.key === "Escape") this.close();
-    });
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
