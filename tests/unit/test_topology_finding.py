@@ -128,6 +128,20 @@ def test_a_chain_is_broken_where_odometry_begins_anew(bench: TopologyBench) -> N
     assert found(bench) == []
 
 
+@pytest.mark.parametrize("place", [(2.7, 9.5, 1.57), (10.5, 7.0, 3.14), (7.5, 2.0, 0.5)])
+def test_who_is_carried_away_is_not_found_where_he_is_not(
+    bench: TopologyBench, place: tuple[float, float, float]
+) -> None:
+    bench.ride((9.0, 7.0), (9.0, 5.8))
+    bench.carry(place)
+    x, y, theta = place
+    ahead = x + 1.2 * np.cos(theta), y + 1.2 * np.sin(theta)
+    bench.ride(ahead, (x, y), state="lost")
+    truth = dict(bench.way)
+    for message in found(bench):
+        assert_near(message.pose, truth[message.stamp_ns], 0.5, 0.26)
+
+
 def test_poses_are_not_published_where_nobody_wants_them() -> None:
     bench = TopologyBench(settings=TopologySettings(relocalizes=False))
     bench.describe()

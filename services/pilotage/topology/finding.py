@@ -7,9 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
+from pilotage.core.grid import OccupancyMap
 from pilotage.topology.features import Features
 from pilotage.topology.node_arrival import Arrival, NodeWatch, Now
 from pilotage.topology.node_chain_map import ChainMap
+from pilotage.topology.scan_fit import scan_fits
+from pilotage.topology.scan_view import ScanView
 from pilotage.topology.topological_map import Node, TopologicalMap
 from pilotage.topology.unknown_start import UnknownStart
 
@@ -21,12 +24,13 @@ CORRECTION = (0.3, 0.17)
 
 @dataclass(frozen=True)
 class Sight:
-    """What is `seen` in base_link at `stamp` [s]; `odom_from_base` (3,).
+    """What is `seen` in base_link in a scan, `view`, at `stamp` [s]; `odom_from_base` (3,).
 
     `map_from_base` (3,) with its `covariance` (3, 3) as it is estimated; None if nobody is sure.
     """
 
     stamp: float
+    view: ScanView
     seen: Features
     odom_from_base: NDArray[np.float64]
     map_from_base: NDArray[np.float64] | None
@@ -61,10 +65,14 @@ class Finding:
 
 
 class Finder:
-    """Follows the robot on one topological map."""
+    """Follows the robot on one topological map.
 
-    def __init__(self, world: TopologicalMap) -> None:
-        self._world = world
+    A pose that is found is told only if the whole scan fits the occupancy map there, if there is
+    one: a robot that was carried away sees alike doors where odometry cannot have brought it.
+    """
+
+    def __init__(self, world: TopologicalMap, cells: OccupancyMap | None = None) -> None:
+        self._world, self._cells = world, cells
         self._nodes = {node.id: node for node in world.nodes}
         self._start = UnknownStart(ChainMap.of(world))
         self.forget()
@@ -92,15 +100,21 @@ class Finder:
                 self._start.forget()
             return None
         found = self._start.add(sight.stamp, sight.odom_from_base, sight.seen)
-        if found is None:
+        if found is None or not self._fits(found.pose, sight):
             return None
         return FoundPose(found.node, found.pose, found.covariance, found.matched, "chain")
+
+    def _fits(self, pose: NDArray[np.float64], sight: Sight) -> bool:
+        return self._cells is None or scan_fits(self._cells, pose, sight.view)
 
     def _at_node(self, arrival: Arrival, sight: Sight, by_chain: FoundPose | None) -> Finding:
         node, match = self._nodes[arrival.node], arrival.match
         if match is None:
             return Finding(node, arrival.is_new, sight.map_from_base, found=by_chain)
         found = by_chain
+        if arrival.relocalizes and not self._fits(match.pose, sight):
+            self._watch = NodeWatch(self._world)
+            return Finding(found=by_chain)
         if arrival.relocalizes:
             cause = _cause(sight.map_from_base, match.pose)
             count = len(match.pairs)

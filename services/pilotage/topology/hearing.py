@@ -32,13 +32,14 @@ EARLY_NS = 10_000_000
 
 @dataclass(frozen=True)
 class Glance:
-    """One scan: what is `seen` in base_link, and where from.
+    """One scan, `view`: what is `seen` in base_link, and where from.
 
     `odom_from_base` (3,) and, as the pose's owner says it, `map_from_base` (3,) with its
     covariance (3, 3) and `state`; `unknown` if nobody has said anything lately.
     """
 
     stamp_ns: int
+    view: ScanView
     seen: Features
     odom_from_base: NDArray[np.float64]
     map_from_base: NDArray[np.float64]
@@ -51,6 +52,7 @@ class Glance:
         is_sure = self.state == "localized"
         return Sight(
             self.stamp_ns / 1e9,
+            self.view,
             self.seen,
             self.odom_from_base,
             self.map_from_base if is_sure else None,
@@ -133,8 +135,7 @@ class Hearing:
         self._taken_ns = scan.stamp_ns
         angles = scan.angle_min, scan.angle_increment
         view = ScanView.of(scan.ranges, angles, self._mounts[scan.frame_id])
-        seen = seen_features(view, self._edges_at(scan.stamp_ns, odom))
-        self._take(self._glance(scan.stamp_ns, odom, seen))
+        self._take(self._glance(scan.stamp_ns, odom, view))
 
     def _edges_at(self, stamp_ns: int, odom: NDArray[np.float64]) -> SeenEdges | None:
         """Return the edges of the last picture in base_link of now, None without a fresh one."""
@@ -148,12 +149,13 @@ class Hearing:
         seen = SeenEdges.of(mount, edges.bearings, edges.sigma)
         return seen.moved(se2.between(odom, then))
 
-    def _glance(self, stamp_ns: int, odom: NDArray[np.float64], seen: Features) -> Glance:
+    def _glance(self, stamp_ns: int, odom: NDArray[np.float64], view: ScanView) -> Glance:
+        seen = seen_features(view, self._edges_at(stamp_ns, odom))
         said = self._pose
         if said is not None and abs(stamp_ns - said.stamp_ns) <= FRESH_POSE_NS:
             then = self._odometry.pose_at(said.stamp_ns, EXTRAPOLATION_NS)
             if then is not None:
                 here = se2.compose(pose_array(said.pose), se2.between(then, odom))
-                return Glance(stamp_ns, seen, odom, here, said.covariance, said.state)
+                return Glance(stamp_ns, view, seen, odom, here, said.covariance, said.state)
         nowhere = np.full(3, np.nan)
-        return Glance(stamp_ns, seen, odom, nowhere, np.full((3, 3), np.nan), "unknown")
+        return Glance(stamp_ns, view, seen, odom, nowhere, np.full((3, 3), np.nan), "unknown")

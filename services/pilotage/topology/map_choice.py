@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from pilotage.bus.fabric import RefusedError
 from pilotage.bus.node import Node
+from pilotage.core.grid import OccupancyMap
 from pilotage.topology import messages
 from pilotage.topology.config import TopologySettings
 from pilotage.topology.drive import Plan
@@ -90,6 +91,11 @@ class MapChoice:
         path = self.library.save(floor)
         self.use(floor)
         return str(path)
+
+    @property
+    def cells(self) -> OccupancyMap | None:
+        """The occupancy map in use, None without one."""
+        return None if self.grid is None else messages.world_of(self.grid)
 
     @property
     def required(self) -> Floor:

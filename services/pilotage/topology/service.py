@@ -150,7 +150,7 @@ class TopologyService:
     def _find(self, glance: Glance, world: TopologicalMap) -> None:
         """Tell at which node the robot is, what of it is seen, and where it is if that was lost."""
         if self._finder is None or self._finder[0] is not world:
-            self._finder = (world, Finder(world))
+            self._finder = (world, Finder(world, self._at.cells))
         stamp_ns = glance.stamp_ns
         finding = self._finder[1].look(glance.sight)
         if finding.node is not None and finding.is_new:
