@@ -8,10 +8,9 @@ from pilotage.core.grid import GridGeometry, OccupancyMap
 
 MARK = 0.3
 """m that a mark is wide and high."""
-WALL, DOOR, LEAST_ROOM, JAMB = 2, 9, 24, 3
+WALL, DOOR, LEAST_ROOM, JAMB = 2, 9, 24, 1
 """Of random buildings, in cells of 0.1 m: how thick walls are, how wide doors, how wide rooms at
-least, and how far a door keeps from the next wall: what is less looks like the end of a corridor.
-"""
+least, and how far a door keeps from the next wall."""
 
 
 def floor_plan(

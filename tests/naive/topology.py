@@ -36,33 +36,46 @@ def cosine(one: NDArray[np.int64], other: NDArray[np.int64]) -> float:
 
 
 def widenings(
-    clearance: NDArray[np.float32], walls: NDArray[np.int64], scale: NDArray[np.float64]
+    clearance: NDArray[np.float32],
+    walls: NDArray[np.int64],
+    scale: NDArray[np.float64],
+    askew: float,
 ) -> NDArray[np.float64]:
     """Twin of `map_chords.widenings`."""
-    return np.array(
-        [[_widening(clearance, chord, side, scale) for side in (1.0, -1.0)] for chord in walls]
-    ).reshape(-1, 2)
+    found = np.zeros((len(walls), 2))
+    for i, chord in enumerate(walls):
+        half = 0.5 * float(np.hypot(*(chord[2:] - chord[:2])))
+        steps = np.arange(1, int(scale[0] + half))
+        for side, sign in enumerate((1.0, -1.0)):
+            looks = [_look(chord, sign, turn * askew) for turn in (-1.0, 1.0)]
+            seen = [_widest_on(clearance, chord, steps, look) for look in looks]
+            found[i, side] = max(seen) / (half * float(scale[1]))
+    return found
 
 
-def _widening(
-    clearance: NDArray[np.float32],
-    chord: NDArray[np.int64],
-    side: float,
-    scale: NDArray[np.float64],
-) -> float:
-    """Look along the line that stands on the middle of a chord, to one side, up to a wall."""
+def _look(chord: NDArray[np.int64], side: float, askew: float) -> tuple[float, float]:
+    """One step as rows and cols: a cell away from the chord to one side, and so far along it."""
     up, right = chord[2:] - chord[:2]
     length = float(np.hypot(up, right))
-    steps = np.arange(1, int(scale[0] + 0.5 * length))
-    rows = np.rint((chord[0] + chord[2]) / 2.0 + side / length * steps * right).astype(int)
-    cols = np.rint((chord[1] + chord[3]) / 2.0 - side / length * steps * up).astype(int)
+    return side / length * right + askew / length * up, askew / length * right - side / length * up
+
+
+def _widest_on(
+    clearance: NDArray[np.float32],
+    chord: NDArray[np.int64],
+    steps: NDArray[np.int64],
+    look: tuple[float, float],
+) -> float:
+    """The greatest clearance on a line from the middle of a chord, before it comes to a wall."""
+    rows = np.rint((chord[0] + chord[2]) / 2.0 + steps * look[0]).astype(int)
+    cols = np.rint((chord[1] + chord[3]) / 2.0 + steps * look[1]).astype(int)
     seen = [0.0]
     for row, col in zip(rows, cols, strict=True):
         inside = 0 <= row < clearance.shape[0] and 0 <= col < clearance.shape[1]
         if not inside or clearance[row, col] <= 0.0:
             break
         seen.append(float(clearance[row, col]))
-    return max(seen) / (0.5 * length * float(scale[1]))
+    return max(seen)
 
 
 def spent_from(costs: NDArray[np.float32], source: Cell) -> NDArray[np.float64]:

@@ -76,16 +76,19 @@ def test_walls_face_each_other_where_the_twin_says(
         np.testing.assert_allclose(angled, expected[cell[0], cell[1]], atol=1e-9)
 
 
-@given(spaces(), st.integers(0, 2**32 - 1), st.floats(0.0, 12.0))
+@given(spaces(), st.integers(0, 2**32 - 1), st.floats(0.0, 12.0), st.sampled_from([0.0, 0.5]))
 @FEW
-def test_space_widens_beside_a_chord_as_the_twin_says(free: Mask, seed: int, reach: float) -> None:
+def test_space_widens_beside_a_chord_as_the_twin_says(
+    free: Mask, seed: int, reach: float, askew: float
+) -> None:
     rng = np.random.default_rng(seed)
     walls = np.array(list(itertools.pairwise(rng.permutation(np.argwhere(~free))[:9])))
     chords = walls.reshape(-1, 4).astype(np.int64)
     clearance = distance_to_walls(~free, 0.1)
     scale = np.array([reach, 0.1])
-    expected = naive.widenings(clearance, chords, scale)
-    np.testing.assert_allclose(widenings(clearance, chords, scale), expected, rtol=1e-6)
+    expected = naive.widenings(clearance, chords, scale, askew)
+    found = widenings(clearance, chords, scale, askew)
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
 @given(spaces())
@@ -95,8 +98,8 @@ def test_a_chord_looked_at_from_its_other_end_has_its_sides_exchanged(free: Mask
     # Odd middles are rounded the same way from either end, so both look at the same cells.
     chords = np.hstack([walls[:-1], walls[1:]]).astype(np.int64)
     clearance, scale = distance_to_walls(~free, 0.1), np.array([5.0, 0.1])
-    there = widenings(clearance, chords, scale)
-    back = widenings(clearance, np.roll(chords, 2, axis=1), scale)
+    there = widenings(clearance, chords, scale, 0.5)
+    back = widenings(clearance, np.roll(chords, 2, axis=1), scale, 0.5)
     np.testing.assert_allclose(there, back[:, ::-1])
 
 

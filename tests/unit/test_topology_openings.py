@@ -189,6 +189,15 @@ def test_all_doors_of_a_corridor_are_found(cell: float) -> None:
     assert len(building.rooms) == 4
 
 
+def test_door_in_a_corner_of_both_its_rooms_is_found() -> None:
+    # Straight ahead it looks along the wall beside it, where the space hardly widens.
+    world = floor_plan(CLOSED_DOOR)
+    world.cells[4:13, 48:51] = 0
+    ((_, y, width),) = doors(build(world, "0123"))
+    assert y == pytest.approx(0.85, abs=0.02)
+    assert width == pytest.approx(0.9, abs=0.02)
+
+
 def test_two_doors_to_the_same_room_are_both_found() -> None:
     building = build(floor_plan(TWO_DOORS), "0123")
     heights = [y for _, y, _ in doors(building)]

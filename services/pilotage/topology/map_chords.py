@@ -28,6 +28,11 @@ class ChordParams:
     """m beyond half the chord's length in which the space has to widen."""
     widening: float = 1.4
     """To so many times its width."""
+    askew: float = 0.5
+    """m to the side per m ahead: so it looks aside from a door in a corner, where the space does
+    not widen straight ahead,"""
+    widest_in_corner: float = 1.25
+    """if it is no wider than this, m, and if the space then widens on both sides of it."""
     apart: float = 0.5
     """m from a better chord that a worse one must keep, or three quarters of the shorter one."""
 
@@ -82,9 +87,7 @@ class Chords:
 def find_chords(space: Space, params: ChordParams) -> Chords:
     """Return the chords of a space that may be openings, the most salient first."""
     walls = _opposite_walls(space, params)
-    widening = widenings(
-        space.clearance, walls, np.array([params.reach / space.resolution, space.resolution])
-    )
+    widening = _widening(space, walls, params)
     is_open = (widening.max(axis=1) > params.widening) & (widening.min(axis=1) > 0.9)
     chords = Chords(_ends_in_map(space, walls[is_open]), widening[is_open])
     return _thinned(chords, params.apart)
@@ -108,6 +111,21 @@ def _opposite_walls(space: Space, params: ChordParams) -> NDArray[np.int64]:
     width = np.hypot(pairs[:, 2] - pairs[:, 0], pairs[:, 3] - pairs[:, 1]) - 1.0
     fits = (width >= narrowest) & (width <= widest)
     return np.asarray(np.unique(pairs[fits], axis=0))
+
+
+def _widening(space: Space, walls: NDArray[np.int64], params: ChordParams) -> NDArray[np.float64]:
+    """Return how many times as wide the space gets on either side (n, 2), straight ahead.
+
+    Doors in a corner of both their rooms get just as much as it takes.
+    """
+    scale = np.array([params.reach / space.resolution, space.resolution])
+    ahead = widenings(space.clearance, walls, scale, 0.0)
+    aside = widenings(space.clearance, walls, scale, params.askew)
+    width = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]) - 1.0
+    is_narrow = width * space.resolution <= params.widest_in_corner + 1e-9
+    is_in_corner = is_narrow & (aside.min(axis=1) > params.widening)
+    enough = np.nextafter(params.widening, np.inf)
+    return np.where(is_in_corner[:, None], np.maximum(ahead, enough), ahead)
 
 
 def _ends_in_map(space: Space, walls: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -173,7 +191,10 @@ def opposite_walls(
 
 @kernel
 def widenings(
-    clearance: NDArray[np.float32], walls: NDArray[np.int64], scale: NDArray[np.float64]
+    clearance: NDArray[np.float32],
+    walls: NDArray[np.int64],
+    scale: NDArray[np.float64],
+    askew: float,
 ) -> NDArray[np.float64]:
     """Return how many times as wide the space gets on either side (n, 2) of chords.
 
@@ -181,6 +202,7 @@ def widenings(
         clearance: (rows, cols), m; 0 on walls, where looking ends.
         walls: pairs of wall cells (n, 4).
         scale: how far beyond half the chord's length to look, in cells; width of a cell, m.
+        askew: how far to look aside, to the left and to the right, per cell ahead.
     """
     widening = np.zeros((len(walls), 2))
     for i in range(len(walls)):
@@ -190,13 +212,15 @@ def widenings(
         for side in range(2):
             sign = (1.0 - 2.0 * side) / length
             most = 0.0
-            for step in range(1, int(scale[0] + 0.5 * length)):
-                there = round(row + sign * step * right), round(col - sign * step * up)
-                if not (0 <= there[0] < clearance.shape[0] and 0 <= there[1] < clearance.shape[1]):
-                    break
-                here = clearance[there]
-                if here <= 0.0:
-                    break
-                most = max(most, here)
+            for aside in (-askew / length, askew / length):
+                over, along = sign * right + aside * up, -sign * up + aside * right
+                for step in range(1, int(scale[0] + 0.5 * length)):
+                    there = round(row + step * over), round(col + step * along)
+                    if not (0 <= there[0] < len(clearance) and 0 <= there[1] < clearance.shape[1]):
+                        break
+                    here = clearance[there]
+                    if here <= 0.0:
+                        break
+                    most = max(most, here)
             widening[i, side] = most / (0.5 * length * scale[1])
     return widening
