@@ -15,7 +15,7 @@ from pilotage.topology.live_trail import Trail, TrailParams
 from pilotage.topology.live_ways import simplified
 from pilotage.topology.topological_map import Edge, Node, NodeKind, TopologicalMap
 
-MOVED = (0.1, 0.03)
+MOVED = (0.1, 0.05)
 """m and rad by which a corrected place must have moved for all to be built anew."""
 
 

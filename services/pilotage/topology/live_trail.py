@@ -9,6 +9,9 @@ from pilotage.core import se2
 from pilotage.core.angles import wrap
 from pilotage.topology.features import Features
 
+FINE = (0.01, 0.01)
+"""m and rad to which the way between places is kept, for corrections at times between them."""
+
 
 @dataclass(frozen=True)
 class TrailParams:
@@ -36,6 +39,7 @@ class Trail:
         self.stops: list[Stop] = []
         self._poses: list[NDArray[np.float64]] = []
         self._lengths: list[float] = []
+        self._way: list[NDArray[np.float64]] = []
 
     def __len__(self) -> int:
         return len(self.stops)
@@ -53,17 +57,20 @@ class Trail:
     def add(self, stamp: float, pose: ArrayLike, seen: Features) -> bool:
         """Keep a place if the robot has moved on since the last one, and say so."""
         here = np.array(pose, float)
-        driven = 0.0
-        if self._poses:
-            moved = here - self._poses[-1]
-            driven = float(np.hypot(moved[0], moved[1]))
-            if driven < self.params.step and abs(wrap(float(moved[2]))) < self.params.turn:
-                return False
-            driven += self._lengths[-1]
+        self._follow(stamp, here)
+        if self._poses and _is_near(self._poses[-1], here, (self.params.step, self.params.turn)):
+            return False
+        driven = float(np.hypot(*(here - self._poses[-1])[:2])) if self._poses else 0.0
         self.stops.append(Stop(stamp, seen))
+        self._lengths.append(driven + (self._lengths[-1] if self._lengths else 0.0))
         self._poses.append(here)
-        self._lengths.append(driven)
         return True
+
+    def _follow(self, stamp: float, here: NDArray[np.float64]) -> None:
+        """Keep the way between places; of a robot that stands only when it began and ended."""
+        if len(self._way) > 1 and all(_is_near(one[1:], here, FINE) for one in self._way[-2:]):
+            self._way.pop()
+        self._way.append(np.array([stamp, *here]))
 
     def corrected(self, stamps: NDArray[np.float64], poses: NDArray[np.float64]) -> "Trail":
         """Return the trail carried along by corrected poses (k, 3) at stamps (k,), rising.
@@ -72,22 +79,39 @@ class Trail:
         """
         if len(self) == 0 or len(stamps) == 0:
             return self
-        own = np.array([stop.stamp for stop in self.stops])
-        before = np.clip(np.searchsorted(stamps, own, side="right") - 1, 0, len(stamps) - 1)
-        anchors = np.array([self._pose_at(float(stamps[k])) for k in before])
-        moved = se2.compose(poses[before], se2.between(anchors, self.poses))
+        way = np.array(self._way)
+        anchors = _poses_at(way, np.asarray(stamps, float))
         trail = Trail(self.params)
         trail.stops = self.stops
-        trail._poses = list(moved)
-        steps = np.hypot(*np.diff(moved[:, :2], axis=0).T)
+        own = np.array([stop.stamp for stop in self.stops])
+        trail._poses = list(_carried(own, self.poses, stamps, (anchors, poses)))
+        steps = np.hypot(*np.diff(trail.poses[:, :2], axis=0).T)
         trail._lengths = [0.0, *np.cumsum(steps).tolist()]
+        moved = _carried(way[:, 0], way[:, 1:], stamps, (anchors, poses))
+        trail._way = list(np.column_stack([way[:, 0], moved]))
         return trail
 
-    def _pose_at(self, stamp: float) -> NDArray[np.float64]:
-        """Return the pose (3,) at a time, between its neighbours."""
-        own = np.array([stop.stamp for stop in self.stops])
-        after = int(np.clip(np.searchsorted(own, stamp), 1, max(len(own) - 1, 1)))
-        if len(own) == 1 or own[after] == own[after - 1]:
-            return self._poses[0]
-        share = np.clip((stamp - own[after - 1]) / (own[after] - own[after - 1]), 0.0, 1.0)
-        return se2.interpolate(self._poses[after - 1], self._poses[after], float(share))
+
+def _is_near(
+    one: NDArray[np.float64], other: NDArray[np.float64], apart: tuple[float, float]
+) -> bool:
+    """Say whether two poses (3,) differ by less than so many m and rad."""
+    off = one - other
+    return float(np.hypot(off[0], off[1])) < apart[0] and abs(wrap(float(off[2]))) < apart[1]
+
+
+def _carried(
+    own: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    stamps: NDArray[np.float64],
+    anchors: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> NDArray[np.float64]:
+    """Return poses (n, 3) at times `own` (n,) moved as the anchors (k, 3) before them were."""
+    before = np.clip(np.searchsorted(stamps, own, side="right") - 1, 0, len(stamps) - 1)
+    return se2.compose(anchors[1][before], se2.between(anchors[0][before], poses))
+
+
+def _poses_at(way: NDArray[np.float64], stamps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the poses (k, 3) at times on a way (n, 4) of stamps and poses, between neighbours."""
+    unwound = np.column_stack([way[:, 1:3], np.unwrap(way[:, 3])])
+    return np.column_stack([np.interp(stamps, way[:, 0], column) for column in unwound.T])

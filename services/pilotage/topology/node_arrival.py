@@ -42,6 +42,8 @@ class ArrivalParams:
     """m or rad below which an estimate is left alone."""
     surprise: float = 11.3
     """Squared Mahalanobis distance that 99 % of right estimates stay below."""
+    least_gain: float = 2.0
+    """Pairs by which the features must fit better elsewhere than where the estimate says."""
     agreeing: int = 2
     """Scans that must say the same before the pose is changed."""
     agreement: Window = (0.25, 0.1)
@@ -135,7 +137,7 @@ class NodeWatch:
         self._notice(now, node, match)
         if match is not None and self._is_trusted(match) and not self._disagrees(now, match):
             self._depart(node.id, now.map_from_base, now.odom_from_base)
-        wrong = match is not None and self._is_trusted(match) and self._disagrees(now, match)
+        wrong = match is not None and self._is_better(now, node, match)
         relocalizes = match is not None and self._repeats(now, match if wrong else None)
         if match is not None and relocalizes:
             self._depart(node.id, match.pose, now.odom_from_base)
@@ -145,14 +147,15 @@ class NodeWatch:
 
     def _found(self, now: Now) -> Arrival | None:
         """Return the node whose features are seen, wherever the estimate is."""
-        if self._departure is None:
+        if self._departure is None or len(now.seen) < self.params.least_pairs:
             return None
         found = self._search.find(self._departure, self._driven, now.odom_from_base, now.seen)
         if found is None or not self._is_trusted(found[1]):
             self._agreeing.clear()
             return None
         number, match = found
-        if not now.has_failed and not self._disagrees(now, match):
+        is_known = not now.has_failed and np.isfinite(now.map_from_base).all()
+        if is_known and not self._is_better(now, self._nodes[number], match):
             self._blind = 0
             return None
         if not self._repeats(now, match):
@@ -197,6 +200,13 @@ class NodeWatch:
 
     def _is_trusted(self, match: NodeMatch) -> bool:
         return match.is_clear and len(match.pairs) >= self.params.least_pairs
+
+    def _is_better(self, now: Now, node: Node, match: NodeMatch) -> bool:
+        """Say whether a match explains by far more than the estimate, which it contradicts."""
+        if not (self._is_trusted(match) and self._disagrees(now, match)):
+            return False
+        here = self._match(now, node, self.params.tight)
+        return here is None or match.score - here.score >= self.params.least_gain
 
     def _disagrees(self, now: Now, match: NodeMatch) -> bool:
         """Say whether the estimate is farther from the match than both allow."""
