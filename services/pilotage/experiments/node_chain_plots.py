@@ -40,10 +40,9 @@ def start_figure(place: ChainPlace, start: Start, title: str) -> Figure:
     believed = np.array([step.pose for step in start.steps]).reshape(-1, 3)
     draw_robots(axes, believed, LOST, "likeliest candidate then")
     for number, step in enumerate(start.steps, start=1):
-        for pose, shift in ((step.truth, 12), (step.pose, -18)):
-            axes.annotate(
-                f"{number}", (pose[0], pose[1]), (0, shift), textcoords="offset points", ha="center"
-            )
+        for pose, height, colour in ((step.truth, 1.7, PATH), (step.pose, -2.1, LOST)):
+            axes.annotate(f"{number}", (pose[0], height), ha="center", color=colour)
+    axes.set_xlim(-1.0, place.corridor.length + 1.0)
     axes.legend(loc="upper right", fontsize="small")
     axes.set_title(title)
     return figure
