@@ -123,6 +123,12 @@ def test_variable_spacing_places_a_node_where_a_corridor_bends() -> None:
     assert away.min() < 0.6
 
 
+def test_where_a_corridor_bends_its_node_is_a_corner_and_before_a_door_it_is_none() -> None:
+    (corner,) = [node for node in built(BEND).topology.nodes if node.kind == "corner"]
+    assert corner.pose[:2] == pytest.approx([1.05, 8.25], abs=0.4)
+    assert {node.kind for node in built(FLAT).topology.nodes} == {"door", "node"}
+
+
 def test_nodes_turn_and_move_with_the_origin_of_the_map() -> None:
     plain = built(FLAT).topology.nodes
     moved = built(FLAT, origin=(7.0, -2.0, 0.7)).topology.nodes

@@ -36,14 +36,21 @@ def nodes_of(
 
 
 def with_bends(sites: list[Site], rooms: dict[int, Room], ways: list[Way]) -> list[Site]:
-    """Return the sites, those where a corridor bends as corners."""
+    """Return the sites, those where a corridor bends as corners.
+
+    Before a door it does not bend: the way to it leads aside.
+    """
     leaving: list[list[NDArray[np.float64]]] = [[] for _ in sites]
     for way in ways:
         leaving[way.start].append(_direction(way.points))
         leaving[way.end].append(_direction(way.points[::-1]))
+    ends = {(way.start, way.end) for way in ways} | {(way.end, way.start) for way in ways}
+    before_door = {end for end, other in ends if sites[other].kind == "door"}
     return [
-        replace(site, kind="corner") if _is_bend(site, rooms, out) else site
-        for site, out in zip(sites, leaving, strict=True)
+        replace(site, kind="corner")
+        if i not in before_door and _is_bend(site, rooms, out)
+        else site
+        for i, (site, out) in enumerate(zip(sites, leaving, strict=True))
     ]
 
 
