@@ -155,12 +155,3 @@ def _fit(
             pairs += 1
             evidence += gains[i, partner[i]]
     return pairs, evidence
-
-
-def warm_up() -> None:
-    """Compile for the types that chains of nodes come with."""
-    kinds, poses, numbers = np.zeros(1, np.int64), np.zeros((1, 3)), np.ones(1)
-    seen = Seen(kinds, poses, numbers, numbers)
-    bound = Bound(kinds, poses, numbers, numbers, np.array([0, 1]))
-    model = Model(0.1, 0.1, 0.5, np.ones(3), 1.0, 1.0)
-    weigh_places(seen, bound, Arrivals(kinds, poses, np.ones((1, 2))), model)
