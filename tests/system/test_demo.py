@@ -54,7 +54,7 @@ def test_every_process_is_ready_and_none_was_restarted(page: Page) -> None:
     deployment = page.get("deployment")
     assert deployment is not None
     states = {one["name"]: (one["state"], one["restarts"]) for one in deployment["processes"]}
-    names = ("router", "gateway", "mapper", "robot", "localizer", "planner")
+    names = ("router", "gateway", "mapper", "robot", "localizer", "planner", "topology")
     assert states == dict.fromkeys(names, ("ready", 0))
 
 
@@ -66,7 +66,7 @@ def test_a_kidnapped_robot_finds_itself_again(page: Page) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-@pytest.mark.parametrize("name", ["localizer", "robot", "mapper", "gateway", "planner"])
+@pytest.mark.parametrize("name", ["localizer", "robot", "mapper", "gateway", "planner", "topology"])
 def test_a_service_that_dies_or_hangs_is_back_with_the_picture(
     page: Page, name: str, number: signal.Signals
 ) -> None:
@@ -101,5 +101,5 @@ def test_ctrl_c_ends_everything(page: Page, run: Run) -> None:
     run.send(signal.SIGINT)
     assert run.ended(within=30.0) == 0
     figure(f"stopped after {time.monotonic() - began:.2f} s")
-    assert len(children) == 7
+    assert len(children) == 8
     assert not any(lives(pid) for pid in children)
