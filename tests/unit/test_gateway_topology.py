@@ -254,9 +254,13 @@ def test_another_map_is_an_event_and_its_growth_is_none(world: GatewayWorld) -> 
     world.publish("topology", "topology", graph(world.now_ns))
     world.publish("topology", "topology", graph(world.now_ns + 1, edges=()))
     world.publish("topology", "topology", graph(world.now_ns + 2, name="office"))
+    for map_id in ("growing-1", "growing-2"):
+        drive = graph(world.now_ns + 3, built_from="drive", map_id=map_id)
+        world.publish("topology", "topology", drive)
     assert world.events() == [
         "Topological map in use, built from the map: 2 nodes, 1 ways",
         "Topological map office in use, built from the map: 2 nodes, 1 ways",
+        "Topological map in use, built from the drive: 2 nodes, 1 ways",
     ]
 
 

@@ -93,7 +93,9 @@ class Watch:
 
     def _see_topology(self, world: TopologicalMap, now_ns: int) -> None:
         """Tell of another topological map; that one grows is no news."""
-        before, self._topology = self._topology, (world.map_id, world.name, world.built_from)
+        # A map in the making has another id after each correction.
+        of_map = world.map_id if world.built_from == "map" else ""
+        before, self._topology = self._topology, (of_map, world.name, world.built_from)
         if before != self._topology:
             size = f"{len(world.nodes)} nodes, {len(world.edges)} ways"
             of = f" {world.name}" if world.name else ""
