@@ -23,6 +23,10 @@ MANY_STOPS = 2000
 """A drive of so many places takes a tenth of a second to keep; longer ones are kept less often."""
 
 
+MOST_CORRECTING = 0.1
+"""Share of the time that may go into moving what was built before."""
+
+
 class TopologyService:
     """Owns the topological map: builds it, lets it grow, and finds the robot on it."""
 
@@ -40,6 +44,8 @@ class TopologyService:
         self._status = MappingStatus(stamp_ns=0, frame_id="map", mode="idle")
         self._growing_id = ""
         self._has_grown = False
+        self._path: MappedPath | None = None
+        self._correct_at = 0.0
         self._shown_ns = self._kept_ns = 0
         self._finder: tuple[TopologicalMap, Finder] | None = None
         self._is_at_node = False
@@ -72,14 +78,13 @@ class TopologyService:
             self._at.take_map(grid, self._plan)
 
     def take_path(self, path: MappedPath) -> None:
-        """Move what was built while driving to where the mapper now says that the robot was."""
-        if self._drive is None:
-            return
-        stamps = path.stamp_ns / 1e9 - path.ages.astype(float)
-        order = np.unique(stamps, return_index=True)[1]
-        with self._node.busy(WORK_S):
-            if self._drive.correct(stamps[order], path.poses[order].astype(float)):
-                self._has_grown = True
+        """Move what was built while driving to where the mapper now says that the robot was.
+
+        That takes a millisecond for each place, so that of a long drive not every news is taken.
+        """
+        self._path = path
+        if self._node.clock.monotonic() >= self._correct_at:
+            self._correct()
 
     def take_glance(self, glance: Glance) -> None:
         """Let the map grow by what is seen, or find the robot on it."""
@@ -147,6 +152,19 @@ class TopologyService:
             self._node.warn("storage", f"the drive is ignored: {error}")
             return None
 
+    def _correct(self) -> None:
+        path, self._path = self._path, None
+        if self._drive is None or path is None:
+            return
+        stamps = path.stamp_ns / 1e9 - path.ages.astype(float)
+        order = np.unique(stamps, return_index=True)[1]
+        began = self._node.clock.monotonic()
+        with self._node.busy(WORK_S):
+            if self._drive.correct(stamps[order], path.poses[order].astype(float)):
+                self._has_grown = True
+        ended = self._node.clock.monotonic()
+        self._correct_at = ended + (ended - began) / MOST_CORRECTING
+
     def _find(self, glance: Glance, world: TopologicalMap) -> None:
         """Tell at which node the robot is, what of it is seen, and where it is if that was lost."""
         if self._finder is None or self._finder[0] is not world:
@@ -166,6 +184,8 @@ class TopologyService:
     def _grow(self, glance: Glance) -> None:
         assert self._drive is not None  # noqa: S101 - it is driving
         stamp_ns = glance.stamp_ns
+        if self._path is not None and self._node.clock.monotonic() >= self._correct_at:
+            self._correct()
         added = self._drive.add(stamp_ns / 1e9, glance.map_from_base, glance.seen)
         self._has_grown = self._has_grown or added
         show_ns = round(self._settings.show_period * 1e9)
