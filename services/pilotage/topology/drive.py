@@ -43,7 +43,12 @@ class Drive:
 
     def correct(self, stamps: NDArray[np.float64], poses: NDArray[np.float64]) -> bool:
         """Move the way to corrected poses (k, 3) at rising stamps (k,) [s]; say if that matters."""
-        if len(self) == 0 or len(stamps) == 0 or not self._builder.correct(stamps, poses):
+        if len(self) == 0:
+            return False
+        # What was driven before this drive tells nothing of it.
+        is_of_it = stamps >= self._trail.stops[0].stamp
+        stamps, poses = stamps[is_of_it], poses[is_of_it]
+        if len(stamps) == 0 or not self._builder.correct(stamps, poses):
             return False
         self._trail = self._trail.corrected(stamps, poses)
         return True

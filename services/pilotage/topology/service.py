@@ -154,7 +154,7 @@ class TopologyService:
 
     def _correct(self) -> None:
         path, self._path = self._path, None
-        if self._drive is None or path is None:
+        if self._drive is None or path is None or path.map_id != self._map_id:
             return
         stamps = path.stamp_ns / 1e9 - path.ages.astype(float)
         order = np.unique(stamps, return_index=True)[1]
