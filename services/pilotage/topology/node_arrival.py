@@ -30,7 +30,7 @@ from pilotage.topology.topological_map import Node, TopologicalMap
 class ArrivalParams:
     """When a node is reached, and when its features are trusted more than the estimate."""
 
-    reach: float = 0.6
+    reach: float = 0.8
     """m from a node at which it is reached."""
     leave: float = 1.2
     """m from it at which it is left."""
@@ -113,7 +113,10 @@ class NodeWatch:
         now = replace(now, seen=self._memory.add(now.odom_from_base, now.seen))
         is_lost = now.has_failed or not np.isfinite(now.map_from_base).all()
         if is_lost or self._blind >= self.params.blind:
-            return self._found(now)
+            found = self._found(now)
+            # Without a word from elsewhere an estimate is followed, however little supports it.
+            if found is not None or is_lost or self._agreeing:
+                return found
         return self._tracked(now)
 
     def forget_odometry(self) -> None:
