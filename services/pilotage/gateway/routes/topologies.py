@@ -74,7 +74,8 @@ async def download(service: Gateway, name: Name) -> Response:
 @router.put(
     f"{PREFIX}/{{name}}",
     dependencies=[Depends(operator_only)],
-    openapi_extra={"requestBody": {"required": True, "content": FILE}},
+    # Whether it is a map is told by the library, with the place of the first fault.
+    openapi_extra={"requestBody": {"required": True, "content": {GEOJSON: {"schema": {}}}}},
     responses=ok(schema_of(TopologySaved), SAVED_EXAMPLE) | responses(403, 409, 413, *BUS),
 )
 async def upload(request: Request, service: Gateway, name: Name) -> JSONResponse:
