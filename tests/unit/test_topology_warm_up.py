@@ -1,62 +1,69 @@
-"""The topology's machine code is there before a robot waits for it."""
+"""The topology service's machine code is there before a robot waits for it."""
 
-import pkgutil
-from importlib import import_module
+from typing import Any
 
-import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
 
-from floor_plans import FLAT, floor_plan
-from pilotage import core, topology
-from pilotage.core.grid import OccupancyMap
-from pilotage.topology.map_building import build_topology
-from pilotage.topology.route import Router
+from pilotage.bus.fabric import Sample
+from pilotage.topology import (
+    map_choice,
+    map_chords,
+    map_ways,
+    node_chain_kernels,
+    node_matching_kernels,
+    route_kernels,
+    service,
+)
 from pilotage.topology.warm_up import warm_up
+from pilotage_schemas.codec import decode
+from pilotage_schemas.health import Heartbeat
+from topology_bench import TopologyBench
 
 
-def kernels_of(package: str, path: list[str]) -> dict[str, Dispatcher]:
-    """All kernels that the modules of a package define, by module and name."""
-    found = {}
-    for module in pkgutil.iter_modules(path, f"{package}."):
-        if not module.name.endswith("__main__"):
-            for name, value in vars(import_module(module.name)).items():
-                if isinstance(value, Dispatcher) and value.__module__ == module.name:
-                    found[f"{module.name}.{name}"] = value
-    return found
-
-
-def within_others(kernels: dict[str, Dispatcher]) -> set[str]:
-    """Those that other kernels call: machine code from the cache knows nothing of them."""
-    called = {
-        id(kernel.py_func.__globals__.get(name))
-        for kernel in kernels.values()
-        for name in kernel.py_func.__code__.co_names
-    }
-    return {name for name, kernel in kernels.items() if id(kernel) in called}
-
-
-KERNELS = kernels_of("pilotage.topology", list(topology.__path__))
-ALL = KERNELS | kernels_of("pilotage.core", list(core.__path__))
-OUTER = sorted(KERNELS.keys() - within_others(KERNELS))
-
-
-@pytest.mark.parametrize("name", OUTER)
-def test_every_kernel_of_the_topology_is_made(name: str) -> None:
+@pytest.mark.parametrize(
+    "kernel",
+    [
+        map_chords.opposite_walls,
+        map_ways.spread,
+        node_chain_kernels.weigh_places,
+        node_matching_kernels.count_votes,
+        node_matching_kernels.settle,
+        route_kernels.cheapest_steps,
+        route_kernels.landmark_costs,
+    ],
+)
+def test_what_the_service_calls_is_compiled(kernel: Dispatcher) -> None:
     warm_up()
-    assert KERNELS[name].signatures
+    assert kernel.signatures
 
 
-@pytest.mark.parametrize("from_the_bus", [True, False])
-def test_nothing_is_left_to_compile_when_a_map_comes(*, from_the_bus: bool) -> None:
+def test_a_map_and_a_drive_compile_nothing_more() -> None:
     warm_up()
-    before = {name: len(kernel.signatures) for name, kernel in ALL.items()}
-    drawn = floor_plan(FLAT)
-    cells = drawn.cells.copy()
-    cells.flags.writeable = not from_the_bus
-    world = build_topology(OccupancyMap(drawn.geometry, cells), "0123")
-    router = Router(world)
-    assert router.route(world.nodes[0].id, world.nodes[-1].id).cost > 0.0
-    assert router.nearest(np.array([1.0, 1.0])) is not None
-    after = {name: len(kernel.signatures) for name, kernel in ALL.items()}
-    assert {name for name in ALL if after[name] > before[name]} == set()
+    kernels: list[Any] = [map_ways.spread, node_matching_kernels.settle]
+    kernels.append(node_chain_kernels.weigh_places)
+    before = [len(kernel.signatures) for kernel in kernels]
+    bench = TopologyBench()
+    bench.describe()
+    bench.put_map()
+    bench.ride((2.45, 7.0), (2.45, 10.0))
+    bench.ride((2.45, 11.0), state="unknown")
+    assert [len(kernel.signatures) for kernel in kernels] == before
+
+
+def test_whoever_watches_the_service_is_told_that_compiling_takes_a_while(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    beats: list[Heartbeat] = []
+    told: list[tuple[str, float]] = []
+    bench = TopologyBench()
+
+    def hear(sample: Sample) -> None:
+        beats.append(decode(Heartbeat, sample.payload))
+
+    bench.fabric.declare_subscriber("pilotage/@v1/demo/heartbeat/topology", "latest_wins", hear)
+    monkeypatch.setattr(
+        service, "warm_up", lambda: told.append((beats[-1].state, beats[-1].within))
+    )
+    bench.begin()
+    assert told == [("busy", map_choice.WORK_S)]
