@@ -27,10 +27,11 @@ class Fit:
 
 @dataclass(frozen=True)
 class Place:
-    """A node, by its position in the map, and where base_link is expected."""
+    """A node, by its position in the map, and where base_link is expected; or a place near it."""
 
     node: int
     pose: NDArray[np.float64]
+    at_node: bool
 
 
 def fit_place(
@@ -108,9 +109,10 @@ def _gain(
     wider = seen.widths[i] - there.widths[j]
     if math.isfinite(wider):
         likely *= _normal_density(wider, params.width)
-    if likely == 0.0:
+    ratio = likely * params.detection / chance
+    if ratio == 0.0:
         return -math.inf
-    return math.log(likely * params.detection / chance) - _miss(there, j, params, offset)
+    return math.log(ratio) - _miss(there, j, params, offset)
 
 
 def _normal(
@@ -182,8 +184,8 @@ History = tuple[int | None, ...]
 
 def weigh_chain(
     topology: TopologicalMap, places: list[Place], links: list[Link], params: ChainParams
-) -> dict[History, float]:
-    """Return the likelihood of each history that is possible."""
+) -> dict[History, tuple[float, int | None]]:
+    """Return the likelihood of each history that is possible, and the node that it ends near."""
     choices: list[int | None] = [None, *range(len(places))]
     fits = [
         [
@@ -196,7 +198,7 @@ def weigh_chain(
         history: _likelihood(history, (topology, places), links, fits, params)
         for history in itertools.product(choices, repeat=len(links))
     }
-    return {history: weight for history, weight in weights.items() if weight > 0.0}
+    return {history: ended for history, ended in weights.items() if ended[0] > 0.0}
 
 
 def _likelihood(
@@ -205,29 +207,36 @@ def _likelihood(
     links: list[Link],
     fits: list[list[Fit]],
     params: ChainParams,
-) -> float:
+) -> tuple[float, int | None]:
     topology, places = world
+    at_nodes = sum(place.at_node for place in places)
+    along = len(places) - at_nodes
     weight, last, at = 1.0, None, None
     for now, place in enumerate(history):
         if at is not None:
             at = _carried(at, links[now], params)
         if place is None:
             weight *= params.false
-            if at is not None and last is not None:
-                at = _beside(topology, last, at, links[now].seen, params)
+            if at is None or last is None:
+                weight *= params.off_map
+            else:
+                last, at = _beside(topology, last, at, links[now].seen, params)
                 weight *= math.exp(at.evidence)
             continue
         fit, node = fits[now][place], places[place].node
-        weight *= (1.0 - params.false) * math.exp(fit.evidence)
+        weight *= math.exp(fit.evidence)
         if at is None or last is None:
-            weight /= len(places)
+            is_node = places[place].at_node
+            beside = params.false * (1.0 - params.off_map) / max(along, 1)
+            weight *= (1.0 - params.false) / at_nodes if is_node else beside
         else:
             edges = edges_between(topology, last, node)
-            if edges > params.most_missed + 1:
-                return 0.0
-            weight *= params.missed ** abs(edges - 1) * _agreement(at, fit, params)
+            if edges > params.most_missed + 1 or not places[place].at_node:
+                return 0.0, None
+            weight *= (1.0 - params.false) * params.missed ** abs(edges - 1)
+            weight *= _agreement(at, fit, params)
         last, at = node, fit
-    return weight
+    return weight, last
 
 
 def _carried(at: Fit, link: Link, params: ChainParams) -> Fit:
@@ -243,17 +252,18 @@ def _carried(at: Fit, link: Link, params: ChainParams) -> Fit:
 
 def _beside(
     topology: TopologicalMap, start: int, at: Fit, seen: Features, params: ChainParams
-) -> Fit:
+) -> tuple[int, Fit]:
     """Fit what is seen at a place that is no node to the nearest node's features."""
     near = [
-        node
-        for k, node in enumerate(topology.nodes)
+        k
+        for k in range(len(topology.nodes))
         if edges_between(topology, start, k) <= params.most_missed + 1
     ]
-    nearest = min(near, key=lambda node: math.hypot(*(node.pose[:2] - at.pose[:2])))
+    off = [math.hypot(*(topology.nodes[k].pose[:2] - at.pose[:2])) for k in near]
+    nearest = near[int(np.argmin(off))]
     x, y, theta = np.diag(at.covariance)
     spread = replace(params, place=math.sqrt((x + y) / 2.0), turn=math.sqrt(theta))
-    return fit_place(seen, nearest.features, at.pose, spread)
+    return nearest, fit_place(seen, topology.nodes[nearest].features, at.pose, spread)
 
 
 def _agreement(at: Fit, end: Fit, params: ChainParams) -> float:

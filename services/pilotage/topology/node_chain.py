@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
 from pilotage.topology.node_chain_candidates import NOWHERE, Candidates, ChainParams, Link
-from pilotage.topology.node_chain_fits import fitted
+from pilotage.topology.node_chain_fits import fitted, within
 from pilotage.topology.node_chain_map import ChainMap
 from pilotage.topology.node_chain_steps import (
     arrived_by,
@@ -44,7 +44,7 @@ class NodeChain:
         carried = carried_on(self.candidates, link, self.params)
         ways = ways_on(carried, self.places, self.params)
         fits = fitted(link.seen, np.unique(ways.places), self.places, self.params)
-        arrived = arrived_by(ways, carried, fits, self.params)
+        arrived = arrived_by(ways, carried, fits, self.places.at_node, self.params)
         strayed = strayed_to(link.seen, carried, self.places, self.params)
         self.candidates = kept_of(joined(arrived, strayed), self.params)
         self.links.append(link)
@@ -85,11 +85,19 @@ class NodeChain:
     def is_unique(self) -> bool:
         """Say whether one candidate is left: nearly all the weight, and nothing else comes near."""
         best, is_same = self.best, self._agrees
-        if best is None or not self.candidates.at_node[best]:
+        if best is None:
             return False
         others = self.candidates.log_weights[~is_same].max(initial=-np.inf)
         ahead = self.candidates.log_weights[best] - others
-        return self.share >= self.params.share and bool(ahead >= np.log(self.params.ratio))
+        is_alone = self.share >= self.params.share and bool(ahead >= np.log(self.params.ratio))
+        return is_alone and self.explained >= self.params.explained
+
+    @property
+    def explained(self) -> float:
+        """Share of the features seen so far that the likeliest candidate matches."""
+        seen = sum(len(within(link.seen, self.params.seen_within)) for link in self.links)
+        best = self.best
+        return 0.0 if best is None or not seen else float(self.candidates.explained[best]) / seen
 
     @property
     def _agrees(self) -> NDArray[np.bool_]:

@@ -27,8 +27,12 @@ class ChainParams:
     """m, standard deviation of a feature's width."""
     detection: float = 0.7
     """Probability that a bound feature in view is seen."""
-    strays: tuple[float, float, float] = (0.05, 0.03, 0.03)
-    """Corners, doors and passages that are there by accident, per m^2 (and metre of width)."""
+    strays: tuple[float, float, float] = (3.0, 10.0, 5.0)
+    """Corners, doors and passages that the map lacks, per m^2, any direction and metre of width.
+
+    They are not just anywhere: along the faces of walls, square to them and as wide as others. A
+    door in three metres of wall, told to 0.1 m, 0.15 rad and 0.12 m, is as dense as this.
+    """
     reach: float = 3.5
     """m within which bound features are surely in view; those beyond need not be seen."""
     seen_within: float = 4.5
@@ -40,12 +44,14 @@ class ChainParams:
     most_missed: int = 3
     """At most so many are skipped in a row."""
     false: float = 0.1
-    """Probability that what was taken for a node is none of the map."""
+    """Probability that what was taken for a node is none of the map, but a place along an edge."""
+    off_map: float = 0.1
+    """Of those at the beginning, the share that is nowhere near any node or edge."""
     way_growth: float = 0.03
     """Share of a way by which odometry may err beyond its covariance."""
     turn_growth: float = 0.02
     """The same in rad a metre."""
-    stray_ways: float = 1.0
+    stray_ways: float = 5.0
     """How likely a displacement to no node is, per m^2 and rad: somewhere on, along the way."""
     gate: float = 25.0
     """Squared Mahalanobis distance from which a way is impossible (3 degrees of freedom)."""
@@ -53,8 +59,11 @@ class ChainParams:
     """Candidates whose log-weight is lower than the best one's by so much are given up."""
     share: float = 0.95
     """Share of the weight that the only candidate has."""
-    ratio: float = 100.0
+    ratio: float = 1000.0
     """How many times as likely it is as any other."""
+    explained: float = 0.6
+    """Share of the features seen all along the chain that it has to match: where a map shows less
+    of what is there, the best that it offers need not be right."""
     same_place: tuple[float, float] = (0.5, float(np.deg2rad(30.0)))
     """m and rad within which two candidates' poses are the same."""
 
@@ -76,12 +85,12 @@ class Link:
 class Candidates:
     """Candidates (n,), the most likely first.
 
-    `places`: index in the ChainMap of the last node and the way round it, NOWHERE for the one that
-    was at none so far; `at_node`: False if what was seen last was no node of the map; `poses`
-    (n, 3) of base_link at the last link in map, NaN for nowhere; `covariances` (n, 3, 3) of
-    x, y, theta in base_link; `log_weights`, whose exponentials sum to one; `parents`: index among
-    the candidates before the last link, the heaviest of those it comes from; `pairs`: features
-    matched at the last link.
+    `places`: index in the ChainMap of the nearest node and the way round it, or of a place along an
+    edge; NOWHERE for the one that was at none so far; `at_node`: False if what was seen last was no
+    node of the map; `poses` (n, 3) of base_link at the last link in map, NaN for nowhere;
+    `covariances` (n, 3, 3) of x, y, theta in base_link; `log_weights`, whose exponentials sum to
+    one; `parents`: index among the candidates before the last link, the heaviest of those it comes
+    from; `pairs`: features matched at the last link, `explained`: at all links so far.
     """
 
     places: NDArray[np.int64]
@@ -91,6 +100,7 @@ class Candidates:
     log_weights: NDArray[np.float64]
     parents: NDArray[np.int64]
     pairs: NDArray[np.int64]
+    explained: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.places)
@@ -113,5 +123,5 @@ class Candidates:
             np.array([False]),
             np.full((1, 3), np.nan),
             np.zeros((1, 3, 3)),
-            *(np.zeros(1), np.array([-1]), np.array([0])),
+            *(np.zeros(1), np.array([-1]), np.array([0]), np.array([0])),
         )

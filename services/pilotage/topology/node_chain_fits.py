@@ -27,6 +27,11 @@ class Fits:
     pairs: NDArray[np.int64]
 
 
+def within(seen: Features, reach: float) -> Features:
+    """Return the features within so many metres of the robot."""
+    return seen.chosen(np.hypot(seen.poses[:, 0], seen.poses[:, 1]) <= reach)
+
+
 def fitted(seen: Features, which: NDArray[np.int64], places: ChainMap, params: ChainParams) -> Fits:
     """Return how well what is seen fits some places, and where exactly the robot is there."""
     spreads = np.tile([params.place, params.turn], (len(which), 1))
@@ -42,7 +47,7 @@ def fitted_near(
     params: ChainParams,
 ) -> Fits:
     """Return how well what is seen fits arrivals, those of `which`, rising (m,)."""
-    near = seen.chosen(np.hypot(seen.poses[:, 0], seen.poses[:, 1]) <= params.seen_within)
+    near = within(seen, params.seen_within)
     variances = np.trace(near.covariances, axis1=1, axis2=2) / 2.0 + params.blur**2
     about = Seen(near.kinds, near.poses, near.widths, variances)
     evidence, offsets, known, pairs = weigh_places(about, places.bound, arrivals, _model(params))

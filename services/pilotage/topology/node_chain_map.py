@@ -9,56 +9,52 @@ from numpy.typing import NDArray
 from pilotage.core.angles import wrap
 from pilotage.topology.features import Features
 from pilotage.topology.node_chain_kernels import Bound
-from pilotage.topology.topological_map import Edge, TopologicalMap
-
-DIRECTION_FROM = 1.0
-"""m along an edge within which it takes its direction; beyond, it may bend."""
-
-ALIKE = float(np.deg2rad(25.0))
-"""Ways round a node that differ by less are one: an arrival varies by about as much."""
+from pilotage.topology.node_chain_ways import distinct, leaving, places_along
+from pilotage.topology.topological_map import TopologicalMap
 
 
 @dataclass(frozen=True, eq=False)
 class ChainMap:
-    """Places: each node, each way round that a robot may arrive.
+    """Places: each node, each way round that a robot may arrive; then places along the edges.
 
-    `ids` (n,) of the nodes; `nodes` (m,) index of each place's node, rising; `ways` (m,) number of
-    the way round its node; `poses` (m, 3) of base_link expected there, map frame; `bound`: the
-    nodes' features; `links` (k, 2): nodes joined by an edge, both ways.
+    `ids` (n,) of the nodes; `nodes` (m,) index of each place's node, rising for the places at
+    nodes, the nearest for those along edges; `at_node` (m,); `poses` (m, 3) of base_link expected
+    there, map frame; `bound`: the nodes' features; `links` (k, 2): nodes joined by an edge, both
+    ways.
     """
 
     ids: NDArray[np.int64]
     nodes: NDArray[np.int64]
-    ways: NDArray[np.int64]
+    at_node: NDArray[np.bool_]
     poses: NDArray[np.float64]
     bound: Bound
     links: NDArray[np.int64]
 
     @classmethod
     def of(cls, topology: TopologicalMap) -> "ChainMap":
-        """Return the places of a map, in the order of its nodes."""
+        """Return the places of a map, in the order of its nodes and of its edges."""
         index = {node.id: k for k, node in enumerate(topology.nodes)}
-        directions = [[node.pose[2], node.pose[2] + np.pi] for node in topology.nodes]
-        ends = [(index[edge.start], index[edge.end]) for edge in topology.edges]
-        for edge, (start, end) in zip(topology.edges, ends, strict=True):
-            out, back = _directions(edge)
-            directions[start] += [out, out + np.pi]
-            directions[end] += [back, back + np.pi]
-        rounds = [_distinct(each) for each in directions]
+        joined = [(index[edge.start], index[edge.end]) for edge in topology.edges]
+        links = np.array(joined, np.int64).reshape(-1, 2)
+        rounds = _rounds(topology, links)
         nodes = np.repeat(np.arange(len(rounds)), [len(each) for each in rounds])
         poses = topology.places[nodes]
         poses[:, 2] = np.concatenate([np.empty(0), *rounds])
-        counted = [np.arange(len(each)) for each in rounds]
-        ways = np.concatenate([np.empty(0, np.int64), *counted])
-        joined = np.array(ends, np.int64).reshape(-1, 2)
-        links = np.concatenate([joined, joined[:, ::-1]])
-        ids = np.array([node.id for node in topology.nodes], np.int64)
-        return cls(ids, nodes, ways, poses, _bound(topology), links)
+        beside, between = _between(topology, links)
+        at_node = np.arange(len(nodes) + len(beside)) < len(nodes)
+        return cls(
+            np.array([node.id for node in topology.nodes], np.int64),
+            np.concatenate([nodes, beside]),
+            at_node,
+            np.concatenate([poses, between]),
+            _bound(topology),
+            np.concatenate([links, links[:, ::-1]]),
+        )
 
     @cached_property
     def _firsts(self) -> NDArray[np.int64]:
         """Where each node's places begin (n + 1,)."""
-        return np.searchsorted(self.nodes, np.arange(len(self.ids) + 1))
+        return np.searchsorted(self.nodes[self.at_node], np.arange(len(self.ids) + 1))
 
     def reached(self, starts: NDArray[np.int64], most: int) -> NDArray[np.int64]:
         """Return the nodes that can be reached from nodes (k,) over at most so many edges.
@@ -80,12 +76,19 @@ class ChainMap:
         return reached
 
     def nearest(self, reached: NDArray[np.int64], poses: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return for each pose (k, 3) the nearest of the nodes that `reached` says of its start."""
+        """Return for each pose (k, 3) a place at the nearest node that `reached` has of its start.
+
+        Of its ways round that which the pose heads for.
+        """
         starts, nodes, _ = reached.T
         x, y, _ = (self.poses[self._firsts[nodes]] - poses[starts]).T
         order = np.lexsort((nodes, np.round(np.hypot(x, y), 9), starts))
         _, first = np.unique(starts[order], return_index=True)
-        nearest: NDArray[np.int64] = nodes[order[first]]
+        places, of_pose = self.places_of(nodes[order[first]])
+        off = np.abs(wrap(self.poses[places, 2] - poses[of_pose, 2]))
+        order = np.lexsort((off, of_pose))
+        _, first = np.unique(of_pose[order], return_index=True)
+        nearest: NDArray[np.int64] = places[order[first]]
         return nearest
 
     def places_of(self, nodes: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -120,23 +123,23 @@ def _bound(topology: TopologicalMap) -> Bound:
     return Bound(features.kinds, features.poses, features.widths, variances, firsts)
 
 
-def _directions(edge: Edge) -> tuple[float, float]:
-    """Return the directions in which an edge leaves its start and its end, rad."""
-    return _leaving(edge.way), _leaving(edge.way[::-1])
+def _rounds(topology: TopologicalMap, links: NDArray[np.int64]) -> list[NDArray[np.float64]]:
+    """Return the ways round each node: along it, and along its edges, there and back."""
+    directions = [[node.pose[2], node.pose[2] + np.pi] for node in topology.nodes]
+    for edge, (start, end) in zip(topology.edges, links, strict=True):
+        out, back = leaving(edge)
+        directions[start] += [out, out + np.pi]
+        directions[end] += [back, back + np.pi]
+    return [distinct(each) for each in directions]
 
 
-def _leaving(way: NDArray[np.float64]) -> float:
-    gone = np.hypot(*(way - way[0]).T)
-    far = np.flatnonzero(gone >= DIRECTION_FROM)
-    x, y = way[far[0] if len(far) else -1] - way[0]
-    return float(np.arctan2(y, x))
-
-
-def _distinct(directions: list[float]) -> NDArray[np.float64]:
-    """Return directions that differ, in [-pi, pi): the first two, then others round from there."""
-    turns = wrap(np.array(directions) - directions[0])
-    kept = list(turns[:2])
-    for turn in np.sort(turns[2:]):
-        if np.abs(wrap(np.array(kept) - turn)).min() >= ALIKE:
-            kept.append(turn)
-    return wrap(directions[0] + np.array(kept))
+def _between(
+    topology: TopologicalMap, links: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the places along all edges: the node (k,) each is nearest to, and poses (k, 3)."""
+    nodes, poses = [np.empty(0, np.int64)], [np.empty((0, 3))]
+    for edge, (start, end) in zip(topology.edges, links, strict=True):
+        along, is_nearer = places_along(edge)
+        nodes.append(np.where(is_nearer, start, end))
+        poses.append(along)
+    return np.concatenate(nodes), np.concatenate(poses)

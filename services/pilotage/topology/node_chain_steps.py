@@ -36,13 +36,14 @@ def carried_on(before: Candidates, link: Link, params: ChainParams) -> Candidate
     grown = np.diag([params.way_growth * way, params.way_growth * way, params.turn_growth * way])
     spread = lever @ before.covariances @ lever.T + link.covariance + grown**2
     return Candidates(
-        before.places,
+        before.places.copy(),
         np.zeros(len(before), bool),
         se2.compose(before.poses, link.moved),
         back @ spread @ back.T,
         before.log_weights,
         np.arange(len(before)),
         np.zeros(len(before), np.int64),
+        before.explained.copy(),
     )
 
 
@@ -50,24 +51,42 @@ def ways_on(carried: Candidates, places: ChainMap, params: ChainParams) -> Ways:
     """Return where each candidate may have come: near in the graph, or anywhere from nowhere."""
     known = np.flatnonzero(carried.places != NOWHERE)
     lost = np.flatnonzero(carried.places == NOWHERE)
-    count = len(places.nodes)
+    anywhere = np.arange(len(places.nodes))
     reached = places.reached(places.nodes[carried.places[known]], params.most_missed + 1)
     found, of_reached = places.places_of(reached[:, 1])
     # To come to the same node once more is as rare as to miss one.
     missed = np.abs(reached[of_reached, 2] - 1)
-    anywhere = np.tile(np.arange(count), len(lost))
     return Ways(
-        np.concatenate([known[reached[of_reached, 0]], np.repeat(lost, count)]),
-        np.concatenate([found, anywhere]),
-        np.log(1.0 - params.false)
-        + np.concatenate(
-            [missed * np.log(params.missed), np.full(len(anywhere), -np.log(max(count, 1)))]
+        np.concatenate([known[reached[of_reached, 0]], np.repeat(lost, len(anywhere))]),
+        np.concatenate([found, np.tile(anywhere, len(lost))]),
+        np.concatenate(
+            [
+                np.log(1.0 - params.false) + missed * np.log(params.missed),
+                np.tile(_chances_anywhere(places, params), len(lost)),
+            ]
         ),
     )
 
 
-def arrived_by(ways: Ways, carried: Candidates, fits: Fits, params: ChainParams) -> Candidates:
-    """Return the candidates at nodes: what leads to the same place adds up."""
+def _chances_anywhere(places: ChainMap, params: ChainParams) -> NDArray[np.float64]:
+    """Return how likely each place (m,) is to who knows nothing, logarithmic."""
+    at_nodes = int(np.count_nonzero(places.at_node))
+    along = len(places.at_node) - at_nodes
+    chances: NDArray[np.float64] = np.where(
+        places.at_node,
+        (1.0 - params.false) / max(at_nodes, 1),
+        params.false * (1.0 - params.off_map) / max(along, 1),
+    )
+    return np.log(chances)
+
+
+def arrived_by(
+    ways: Ways, carried: Candidates, fits: Fits, at_node: NDArray[np.bool_], params: ChainParams
+) -> Candidates:
+    """Return the candidates at places: what leads to the same one adds up.
+
+    `at_node`: which places are nodes.
+    """
     fit = np.searchsorted(fits.places, ways.places)
     agreement = _agreement(carried, ways.parents, fits, fit, params)
     weights = carried.log_weights[ways.parents] + ways.chances + agreement + fits.evidence[fit]
@@ -76,14 +95,16 @@ def arrived_by(ways: Ways, carried: Candidates, fits: Fits, params: ChainParams)
     fit, weights = fit[heaviest_last], weights[heaviest_last]
     which, firsts = np.unique(fit, return_index=True)
     lasts = np.append(firsts, len(fit))[1:] - 1
+    parents = ways.parents[heaviest_last[lasts]]
     return Candidates(
         fits.places[which],
-        np.ones(len(which), bool),
+        at_node[fits.places[which]],
         fits.poses[which],
         fits.covariances[which],
         np.logaddexp.reduceat(weights, firsts) if len(firsts) else np.empty(0),
-        ways.parents[heaviest_last[lasts]],
+        parents,
         fits.pairs[which],
+        carried.explained[parents] + fits.pairs[which],
     )
 
 
@@ -121,18 +142,22 @@ def strayed_to(
 
     Where odometry says that they are, what is about there is known from the nearest node.
     """
-    strayed = replace(carried, log_weights=carried.log_weights + np.log(params.false))
-    known = np.flatnonzero(carried.places != NOWHERE)
+    is_known = carried.places != NOWHERE
+    chance = np.where(is_known, params.false, params.false * params.off_map)
+    strayed = replace(carried, log_weights=carried.log_weights + np.log(chance))
+    known = np.flatnonzero(is_known)
     if len(known) == 0:
         return strayed
     poses, variances = carried.poses[known], carried.covariances[known][:, range(3), range(3)]
     spreads = np.sqrt(np.stack([variances[:, :2].mean(axis=1), variances[:, 2]], axis=1))
     reached = places.reached(places.nodes[carried.places[known]], params.most_missed + 1)
-    arrivals = Arrivals(places.nearest(reached, poses), poses, spreads)
+    nearest = places.nearest(reached, poses)
+    arrivals = Arrivals(places.nodes[nearest], poses, spreads)
     fits = fitted_near(seen, known, arrivals, places, params)
     strayed.log_weights[known] += fits.evidence
     strayed.poses[known], strayed.covariances[known] = fits.poses, fits.covariances
-    strayed.pairs[known] = fits.pairs
+    strayed.places[known], strayed.pairs[known] = nearest, fits.pairs
+    strayed.explained[known] += fits.pairs
     return strayed
 
 
