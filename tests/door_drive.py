@@ -14,10 +14,10 @@ from pilotage.robot.simulator.picture_params import PictureParams
 from pilotage.robot.simulator.range_sensors import LaserParams, Surroundings, scan
 from pilotage.robot.simulator.walls import Walls
 from pilotage.robot.vertical_edges import vertical_edges
-from pilotage.topology.door_edges import SeenEdges
 from pilotage.topology.features import KINDS, Features
-from pilotage.topology.scan_view import ScanView
-from pilotage.topology.seen_doors import seen_doors
+from pilotage.topology.seeing.door_edges import SeenEdges
+from pilotage.topology.seeing.scan_view import ScanView
+from pilotage.topology.seeing.seen_doors import seen_doors
 
 DOOR = KINDS.index("door")
 MOUNT = np.array([0.05, 0.0, 0.0])

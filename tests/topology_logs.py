@@ -17,9 +17,9 @@ from pilotage.mapper.map_products import finish
 from pilotage.mapper.methods import MappingSetup
 from pilotage.mapper.methods import make_method as make_mapping
 from pilotage.topology.features import Features
-from pilotage.topology.live_building import LiveBuilder, LiveParams
-from pilotage.topology.scan_view import ScanView
-from pilotage.topology.seen_features import seen_features
+from pilotage.topology.from_drive.building import LiveBuilder, LiveParams
+from pilotage.topology.seeing.scan_view import ScanView
+from pilotage.topology.seeing.seen_features import seen_features
 
 WEAN_START = (40.0, 41.5, -1.7)
 """Where both Wean logs begin, m and rad; see tests/golden/test_localize_wean.py."""

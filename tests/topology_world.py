@@ -11,8 +11,8 @@ from drawing import draw
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.raycast import cast_scan
 from pilotage.topology.features import Features
-from pilotage.topology.scan_view import ScanView
-from pilotage.topology.seen_features import seen_features
+from pilotage.topology.seeing.scan_view import ScanView
+from pilotage.topology.seeing.seen_features import seen_features
 
 FLOOR = """
     ########################################################

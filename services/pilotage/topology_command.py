@@ -10,10 +10,10 @@ from rich.console import Console
 from pilotage.bus.deployment import ConfigError
 from pilotage.core.map_files import MapFileError, load_map, map_digest
 from pilotage.core.whole_files import write_whole
-from pilotage.topology.floors import Floor, Spacing
-from pilotage.topology.geojson import floor_to_geojson
-from pilotage.topology.map_building import Building, BuildParams, build
-from pilotage.topology.map_nodes import NodeParams
+from pilotage.topology.from_map.building import Building, BuildParams, build
+from pilotage.topology.from_map.nodes import NodeParams
+from pilotage.topology.routes.floors import Floor, Spacing
+from pilotage.topology.routes.geojson import floor_to_geojson
 from pilotage.topology_picture import topology_picture
 
 

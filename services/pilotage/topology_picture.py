@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pilotage.core.grid import OccupancyMap
 from pilotage.map_picture import UNKNOWN_SHADE, WALL_SHADE
 from pilotage.topology.features import KINDS, Features
-from pilotage.topology.map_building import Building
+from pilotage.topology.from_map.building import Building
 from pilotage.topology.topological_map import TopologicalMap
 
 ROOM_TINTS = ("#dcebf7", "#e6f4dd", "#fbeed5", "#efe2f5", "#d9f0ec", "#f9e0e0", "#ebe9d2")

@@ -16,8 +16,8 @@ import numpy as np
 
 from pilotage.core.map_files import load_map
 from pilotage.topology.features import Features
-from pilotage.topology.map_building import build_topology
-from pilotage.topology.route import Router
+from pilotage.topology.from_map.building import build_topology
+from pilotage.topology.routes.route import Router
 from pilotage.topology.topological_map import Edge, Node, TopologicalMap
 
 SIDE = 100

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from pilotage.core.grid import OccupancyMap
 from pilotage.topology.features import KINDS, Features
-from pilotage.topology.live_building import LiveBuilder
+from pilotage.topology.from_drive.building import LiveBuilder
 from pilotage.topology.topological_map import TopologicalMap
 from topology_logs import WEAN_START, Drive, fr079, localized, mapped, wean
 

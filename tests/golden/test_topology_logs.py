@@ -13,8 +13,8 @@ import pytest
 
 from pilotage.core import se2
 from pilotage.core.angles import wrap
-from pilotage.topology.node_matching import match_features
-from pilotage.topology.seen_features_memory import SeenMemory
+from pilotage.topology.at_nodes.node_matching import match_features
+from pilotage.topology.seeing.seen_features_memory import SeenMemory
 from pilotage.topology.topological_map import TopologicalMap
 from topology_logs import WEAN_START, Drive, built, cut, fr079, localized, mapped, wean
 

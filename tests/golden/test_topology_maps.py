@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pilotage.core.distance_field import distance_to_walls
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.map_files import load_map
-from pilotage.topology.map_building import Building, BuildParams, build
+from pilotage.topology.from_map.building import Building, BuildParams, build
 
 Points = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from pilotage.bus.node import Node
 from pilotage.bus.session import open_fabric
 from pilotage.mapper.messages import grid_message
 from pilotage.topology.config import TopologySettings
-from pilotage.topology.floors import Floor
+from pilotage.topology.routes.floors import Floor
 from pilotage.topology.service import TopologyService
 from pilotage.topology.storage import packed, parsed
 from pilotage_schemas import topology as t

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pilotage.topology.door_walls import Wall
+from pilotage.topology.seeing.door_walls import Wall
 
 
 def crossing(origin: tuple[float, float], bearing: float, wall: Wall) -> tuple[float, float] | None:

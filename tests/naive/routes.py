@@ -4,7 +4,7 @@ from typing import Any
 
 import networkx as nx
 
-from pilotage.topology.route import RouteCosts, edge_cost
+from pilotage.topology.routes.route import RouteCosts, edge_cost
 from pilotage.topology.topological_map import TopologicalMap
 
 

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pilotage.core import se2
-from pilotage.topology.door_edges import SeenEdges
 from pilotage.topology.features import KINDS, Features
-from pilotage.topology.scan_view import ScanView
-from pilotage.topology.seen_doors import seen_doors
+from pilotage.topology.seeing.door_edges import SeenEdges
+from pilotage.topology.seeing.scan_view import ScanView
+from pilotage.topology.seeing.seen_doors import seen_doors
 
 FIRST, STEP, BEAMS = float(np.deg2rad(-120.0)), float(np.deg2rad(0.5)), 481
 BEARINGS = FIRST + STEP * np.arange(BEAMS)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from floor_plans import mirrored, random_building, turned
 from pilotage.core.distance_field import distance_to_walls
 from pilotage.core.grid import OccupancyMap
-from pilotage.topology.map_building import BuildParams, build, build_topology
-from pilotage.topology.map_features import FAR, NEAR_WALL
-from pilotage.topology.map_nodes import NodeParams
+from pilotage.topology.from_map.bound_features import FAR, NEAR_WALL
+from pilotage.topology.from_map.building import BuildParams, build, build_topology
+from pilotage.topology.from_map.nodes import NodeParams
 from pilotage.topology.topological_map import TopologicalMap
 
 Points = NDArray[np.float64]

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pilotage.topology.features import KINDS, Features
-from pilotage.topology.floors import Floor, Link
-from pilotage.topology.geojson import floor_from_geojson, floor_to_geojson
-from pilotage.topology.strict_json import JsonError
+from pilotage.topology.routes.floors import Floor, Link
+from pilotage.topology.routes.geojson import floor_from_geojson, floor_to_geojson
+from pilotage.topology.routes.strict_json import JsonError
 from pilotage.topology.topological_map import Edge, EdgeKind, Node, NodeKind, TopologicalMap
 
 METRES = st.floats(-1e6, 1e6)

@@ -10,8 +10,15 @@ from numpy.typing import NDArray
 
 from naive import topology as naive
 from pilotage.core.distance_field import distance_to_walls, nearest_walls
-from pilotage.topology.map_chords import opposite_walls, widenings
-from pilotage.topology.map_ways import DETOUR, Way, _without_detours, spread, straightened, trace
+from pilotage.topology.from_map.chords import opposite_walls, widenings
+from pilotage.topology.from_map.ways import (
+    DETOUR,
+    Way,
+    _without_detours,
+    spread,
+    straightened,
+    trace,
+)
 
 Mask = NDArray[np.bool_]
 Ground = tuple[NDArray[np.float32], NDArray[np.int64]]

@@ -8,16 +8,16 @@ from feature_scenes import SIGMA_PLACE, SIGMA_TURN, long_corridor, seen_from, un
 from naive import node_matching as naive
 from pilotage.core import se2
 from pilotage.core.angles import wrap
-from pilotage.topology.features import Features
-from pilotage.topology.node_matching import MatchParams, NodeMatch, match_features
-from pilotage.topology.node_matching_hypotheses import FeaturePairs, possible_pairs
-from pilotage.topology.node_matching_kernels import (
+from pilotage.topology.at_nodes.node_matching import MatchParams, NodeMatch, match_features
+from pilotage.topology.at_nodes.node_matching_hypotheses import FeaturePairs, possible_pairs
+from pilotage.topology.at_nodes.node_matching_kernels import (
     choose_pairs,
     count_votes,
     normal_equations,
     pair_residuals,
     solve_three,
 )
+from pilotage.topology.features import Features
 
 SEEDS = st.integers(0, 2**32 - 1)
 WINDOW = (0.7, 0.45)

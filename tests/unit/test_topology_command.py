@@ -16,7 +16,7 @@ from floor_plans import FLAT, floor_plan
 from naive.routes import read_as_nav2_route
 from pilotage import cli
 from pilotage.core.map_files import load_map, map_digest, save_map
-from pilotage.topology.geojson import floor_from_geojson
+from pilotage.topology.routes.geojson import floor_from_geojson
 
 
 class Desk:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from pilotage.topology.door_gaps import Gap, Jamb, gaps_in
-from pilotage.topology.door_shapes import is_ajar, is_closed, is_open
-from pilotage.topology.door_walls import Crossings
+from pilotage.topology.seeing.door_gaps import Gap, Jamb, gaps_in
+from pilotage.topology.seeing.door_shapes import is_ajar, is_closed, is_open
+from pilotage.topology.seeing.door_walls import Crossings
 
 PLACES = np.linspace(0.05, 0.85, 17)
 DEPTH, ROOM, LEAF = 0.35, 0.9, 0.25

@@ -2,9 +2,9 @@
 
 import pytest
 
-from pilotage.topology.floor_routes import FloorRouter
-from pilotage.topology.floors import Floor, Link
-from pilotage.topology.route import NoRouteError, RouteCosts
+from pilotage.topology.routes.floor_routes import FloorRouter
+from pilotage.topology.routes.floors import Floor, Link
+from pilotage.topology.routes.route import NoRouteError, RouteCosts
 from topology_maps import CORRIDOR, graph
 
 TOP = graph([(0.0, 0.0), (6.0, 0.0)], [(0, 1)], "4567")

@@ -12,15 +12,15 @@ import pytest
 from geojson_pydantic import FeatureCollection
 
 from naive.routes import read_as_nav2_route
-from pilotage.topology.floors import Floor, Link
-from pilotage.topology.geojson import (
+from pilotage.topology.routes.floors import Floor, Link
+from pilotage.topology.routes.geojson import (
     floor_from_geojson,
     floor_to_geojson,
     from_geojson,
     to_geojson,
 )
-from pilotage.topology.route import Router
-from pilotage.topology.strict_json import JsonError
+from pilotage.topology.routes.route import Router
+from pilotage.topology.routes.strict_json import JsonError
 from pilotage.topology.topological_map import TopologicalMap
 from topology_maps import CORRIDOR, features
 

@@ -9,8 +9,8 @@ import pytest
 from feature_scenes import corner, door
 from pilotage.core import se2
 from pilotage.topology.features import Features
-from pilotage.topology.live_building import LiveBuilder, LiveParams
-from pilotage.topology.live_nodes import NodeParams
+from pilotage.topology.from_drive.building import LiveBuilder, LiveParams
+from pilotage.topology.from_drive.nodes import NodeParams
 from pilotage.topology.topological_map import TopologicalMap
 from topology_world import DOORS, ROUND, Glimpse, drive, floor
 

@@ -16,13 +16,13 @@ from feature_scenes import (
 )
 from pilotage.core import se2
 from pilotage.core.angles import wrap
-from pilotage.topology.features import Features
-from pilotage.topology.node_matching import (
+from pilotage.topology.at_nodes.node_matching import (
     MatchParams,
     NodeMatch,
     expected_in_sight,
     match_features,
 )
+from pilotage.topology.features import Features
 
 WINDOW = (0.7, 0.45)
 START = np.array([0.8, 0.1, 0.1])

@@ -10,11 +10,17 @@ from pilotage.core.corners import find_corners
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.map_lines import map_lines
 from pilotage.topology.features import KINDS, Features
-from pilotage.topology.map_building import Building, BuildParams, build
-from pilotage.topology.map_features import FAR, MOST, corner_features, opening_features, seen_from
-from pilotage.topology.map_ground import GroundParams, cell_costs, on_ground
-from pilotage.topology.map_nodes import MiddleLine, NodeParams, Site, Spacing, middle_line
-from pilotage.topology.map_space import drivable_space
+from pilotage.topology.from_map.bound_features import (
+    FAR,
+    MOST,
+    corner_features,
+    opening_features,
+    seen_from,
+)
+from pilotage.topology.from_map.building import Building, BuildParams, build
+from pilotage.topology.from_map.ground import GroundParams, cell_costs, on_ground
+from pilotage.topology.from_map.nodes import MiddleLine, NodeParams, Site, Spacing, middle_line
+from pilotage.topology.from_map.space import drivable_space
 from pilotage.topology.topological_map import Node
 from topology_maps import features
 

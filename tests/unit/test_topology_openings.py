@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from floor_plans import FLAT, TWO_ROOMS, floor_plan
-from pilotage.topology.map_building import Building, build
-from pilotage.topology.map_chords import ChordParams, find_chords
-from pilotage.topology.map_openings import OpeningParams, find_openings
-from pilotage.topology.map_rooms import room_at
-from pilotage.topology.map_space import Space, SpaceParams, space_of
+from pilotage.topology.from_map.building import Building, build
+from pilotage.topology.from_map.chords import ChordParams, find_chords
+from pilotage.topology.from_map.openings import OpeningParams, find_openings
+from pilotage.topology.from_map.rooms import room_at
+from pilotage.topology.from_map.space import Space, SpaceParams, space_of
 
 HALL_AND_CORRIDOR = """
     #################################################

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from naive.routes import route_cost
-from pilotage.topology.route import Graph, NoRouteError, RouteCosts, Router, way_along
+from pilotage.topology.routes.route import Graph, NoRouteError, RouteCosts, Router, way_along
 from pilotage.topology.topological_map import Edge, TopologicalMap
 from topology_maps import CORRIDOR, graph
 

@@ -5,8 +5,8 @@ import pytest
 
 from pilotage.core import se2
 from pilotage.core.raycast import cast_scan
-from pilotage.topology.scan_fit import scan_fits
-from pilotage.topology.scan_view import ScanView
+from pilotage.topology.seeing.scan_fit import scan_fits
+from pilotage.topology.seeing.scan_view import ScanView
 from topology_bench import BEARINGS, FLAT, LASER, REACH
 
 HERE = np.array([9.0, 3.0, -1.0])

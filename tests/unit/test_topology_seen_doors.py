@@ -15,11 +15,11 @@ from pilotage.robot.simulator.doors import doors_of
 from pilotage.robot.simulator.floor_plans import office_floor
 from pilotage.robot.simulator.office_doors import office_doors
 from pilotage.robot.simulator.walls import Walls
-from pilotage.topology.door_edges import SeenEdges
-from pilotage.topology.door_walls import Wall, crossings, edges_on, walls_of
 from pilotage.topology.features import KINDS, Features
-from pilotage.topology.scan_view import ScanView
-from pilotage.topology.seen_doors import DoorParams, seen_doors
+from pilotage.topology.seeing.door_edges import SeenEdges
+from pilotage.topology.seeing.door_walls import Wall, crossings, edges_on, walls_of
+from pilotage.topology.seeing.scan_view import ScanView
+from pilotage.topology.seeing.seen_doors import DoorParams, seen_doors
 
 DOOR, PASSAGE = KINDS.index("door"), KINDS.index("passage")
 FIRST, STEP, BEAMS = float(np.deg2rad(-135.0)), float(np.deg2rad(1.0)), 271

@@ -6,9 +6,9 @@ import pytest
 from feature_scenes import door
 from pilotage.core import se2
 from pilotage.topology.features import KINDS, Features
-from pilotage.topology.scan_view import ScanView
-from pilotage.topology.seen_features import seen_features, without_same_place
-from pilotage.topology.seen_features_mouths import MouthParams, seen_mouths
+from pilotage.topology.seeing.scan_view import ScanView
+from pilotage.topology.seeing.seen_features import seen_features, without_same_place
+from pilotage.topology.seeing.seen_features_mouths import MouthParams, seen_mouths
 from topology_world import BEARINGS, floor, look
 
 ROOM = """

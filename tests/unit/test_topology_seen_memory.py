@@ -5,7 +5,7 @@ import numpy as np
 from feature_scenes import corner, door
 from pilotage.core import se2
 from pilotage.topology.features import Features
-from pilotage.topology.seen_features_memory import MemoryParams, SeenMemory
+from pilotage.topology.seeing.seen_features_memory import MemoryParams, SeenMemory
 
 
 def at(x: float, turn: float = 0.0) -> np.ndarray:

@@ -9,8 +9,8 @@ import pytest
 
 from pilotage.bus.fabric import RefusedError
 from pilotage.topology.config import TopologySettings
-from pilotage.topology.floors import Floor
-from pilotage.topology.geojson import floor_to_geojson
+from pilotage.topology.routes.floors import Floor
+from pilotage.topology.routes.geojson import floor_to_geojson
 from pilotage.topology.storage import TopologyLibrary, packed, parsed
 from pilotage_schemas import topology as t
 from pilotage_schemas.commands import Nothing

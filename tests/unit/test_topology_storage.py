@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from pilotage.topology.floors import Floor, Link
-from pilotage.topology.geojson import to_geojson
+from pilotage.topology.routes.floors import Floor, Link
+from pilotage.topology.routes.geojson import to_geojson
+from pilotage.topology.routes.strict_json import JsonError
 from pilotage.topology.storage import LibraryError, RunFolder, TopologyLibrary, packed, parsed
-from pilotage.topology.strict_json import JsonError
 from topology_maps import CORRIDOR, graph
 
 OFFICE = Floor(CORRIDOR, "office", "ground floor")

@@ -6,15 +6,11 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 from pilotage.bus.fabric import Sample
-from pilotage.topology import (
-    map_choice,
-    map_chords,
-    map_ways,
-    node_chain_kernels,
-    node_matching_kernels,
-    route_kernels,
-    service,
-)
+from pilotage.topology import map_choice, service
+from pilotage.topology.at_nodes import node_matching_kernels
+from pilotage.topology.from_map import chords, ways
+from pilotage.topology.node_chains import node_chain_kernels
+from pilotage.topology.routes import route_kernels
 from pilotage.topology.warm_up import warm_up
 from pilotage_schemas.codec import decode
 from pilotage_schemas.health import Heartbeat
@@ -24,8 +20,8 @@ from topology_bench import TopologyBench
 @pytest.mark.parametrize(
     "kernel",
     [
-        map_chords.opposite_walls,
-        map_ways.spread,
+        chords.opposite_walls,
+        ways.spread,
         node_chain_kernels.weigh_places,
         node_matching_kernels.count_votes,
         node_matching_kernels.settle,
@@ -40,7 +36,7 @@ def test_what_the_service_calls_is_compiled(kernel: Dispatcher) -> None:
 
 def test_a_map_and_a_drive_compile_nothing_more() -> None:
     warm_up()
-    kernels: list[Any] = [map_ways.spread, node_matching_kernels.settle]
+    kernels: list[Any] = [ways.spread, node_matching_kernels.settle]
     kernels.append(node_chain_kernels.weigh_places)
     before = [len(kernel.signatures) for kernel in kernels]
     bench = TopologyBench()

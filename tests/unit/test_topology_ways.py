@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 
 from floor_plans import FLAT, TWO_ROOMS, floor_plan
 from pilotage.core.grid import OccupancyMap
-from pilotage.topology.map_building import build, build_topology
-from pilotage.topology.map_ground import GroundParams, cell_costs
-from pilotage.topology.map_space import drivable_space
-from pilotage.topology.map_ways import Way, find_ways
+from pilotage.topology.from_map.building import build, build_topology
+from pilotage.topology.from_map.ground import GroundParams, cell_costs
+from pilotage.topology.from_map.space import drivable_space
+from pilotage.topology.from_map.ways import Way, find_ways
 
 Place = tuple[float, float]
 

@@ -6,9 +6,9 @@ from typing import Annotated
 from pydantic import Field
 
 from pilotage.bus.deployment import ConfigPath, Deployment, Settings
-from pilotage.topology.floors import BuiltFrom, Spacing
-from pilotage.topology.map_nodes import NodeParams
-from pilotage.topology.route import RouteCosts
+from pilotage.topology.from_map.nodes import NodeParams
+from pilotage.topology.routes.floors import BuiltFrom, Spacing
+from pilotage.topology.routes.route import RouteCosts
 
 
 class TopologySettings(Settings):

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.topology.features import Features
-from pilotage.topology.floors import Floor, Spacing
-from pilotage.topology.live_building import LiveBuilder, LiveParams
-from pilotage.topology.live_nodes import NodeParams
-from pilotage.topology.live_trail import Trail
+from pilotage.topology.from_drive.building import LiveBuilder, LiveParams
+from pilotage.topology.from_drive.nodes import NodeParams
+from pilotage.topology.from_drive.trail import Trail
+from pilotage.topology.routes.floors import Floor, Spacing
 
 Arrays = dict[str, NDArray[np.generic]]
 

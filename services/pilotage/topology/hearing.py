@@ -10,12 +10,12 @@ from pilotage.bus.node import Node
 from pilotage.core import se2
 from pilotage.core.odometry_buffer import OdometryBuffer
 from pilotage.core.odometry_watch import OdometrySample, restart_between
-from pilotage.topology.door_edges import SeenEdges
 from pilotage.topology.features import Features
 from pilotage.topology.finding import Sight
 from pilotage.topology.messages import pose_array
-from pilotage.topology.scan_view import ScanView
-from pilotage.topology.seen_features import seen_features
+from pilotage.topology.seeing.door_edges import SeenEdges
+from pilotage.topology.seeing.scan_view import ScanView
+from pilotage.topology.seeing.seen_features import seen_features
 from pilotage_schemas.localization import PoseEstimate, State
 from pilotage_schemas.sensors import LaserScan, Odometry, RobotDescription, VerticalEdges
 

@@ -8,11 +8,11 @@ from pilotage.core.grid import OccupancyMap
 from pilotage.topology import messages
 from pilotage.topology.config import TopologySettings
 from pilotage.topology.drive import Plan
-from pilotage.topology.floor_routes import FloorRoute, FloorRouter, Leg, Place
-from pilotage.topology.floors import Floor
-from pilotage.topology.map_building import BuildParams, build_topology
-from pilotage.topology.map_nodes import NodeParams
-from pilotage.topology.route import Router
+from pilotage.topology.from_map.building import BuildParams, build_topology
+from pilotage.topology.from_map.nodes import NodeParams
+from pilotage.topology.routes.floor_routes import FloorRoute, FloorRouter, Leg, Place
+from pilotage.topology.routes.floors import Floor
+from pilotage.topology.routes.route import Router
 from pilotage.topology.storage import RunFolder, TopologyLibrary
 from pilotage_schemas.mapping import OccupancyGrid
 from pilotage_schemas.topology import TopologicalMap

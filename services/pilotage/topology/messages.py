@@ -7,9 +7,9 @@ from pilotage.core.angles import wrap
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.topology.features import KINDS, Features
 from pilotage.topology.finding import Finding, FoundPose
-from pilotage.topology.floor_routes import FloorRoute
-from pilotage.topology.floors import Floor
-from pilotage.topology.route import RouteCosts, edge_cost, way_along
+from pilotage.topology.routes.floor_routes import FloorRoute
+from pilotage.topology.routes.floors import Floor
+from pilotage.topology.routes.route import RouteCosts, edge_cost, way_along
 from pilotage.topology.topological_map import Node
 from pilotage_schemas import topology as t
 from pilotage_schemas.geometry import Pose2

@@ -7,10 +7,10 @@ import numpy as np
 from pilotage.bus.fabric import RefusedError
 from pilotage.bus.node import Node
 from pilotage.topology import messages
-from pilotage.topology.floor_routes import Place
-from pilotage.topology.floors import Floor
 from pilotage.topology.map_choice import WORK_S, MapChoice
-from pilotage.topology.route import NoRouteError
+from pilotage.topology.routes.floor_routes import Place
+from pilotage.topology.routes.floors import Floor
+from pilotage.topology.routes.route import NoRouteError
 from pilotage.topology.storage import LibraryError, Stored, packed
 from pilotage_schemas import topology as t
 from pilotage_schemas.commands import Done, Nothing

@@ -9,10 +9,10 @@ from pilotage.topology import messages
 from pilotage.topology.config import TopologySettings
 from pilotage.topology.drive import Drive, Plan
 from pilotage.topology.finding import Finder
-from pilotage.topology.floors import Floor
 from pilotage.topology.hearing import Glance, Hearing
 from pilotage.topology.map_choice import WORK_S, MapChoice
 from pilotage.topology.queries import Queries
+from pilotage.topology.routes.floors import Floor
 from pilotage.topology.storage import RunFolder, TopologyLibrary
 from pilotage.topology.topological_map import TopologicalMap
 from pilotage.topology.warm_up import warm_up

@@ -17,9 +17,9 @@ import numpy as np
 
 from pilotage.core.whole_files import write_whole
 from pilotage.topology.drive import Arrays
-from pilotage.topology.floors import Floor, Link
-from pilotage.topology.geojson import floor_from_geojson, floor_to_geojson
-from pilotage.topology.strict_json import JsonError
+from pilotage.topology.routes.floors import Floor, Link
+from pilotage.topology.routes.geojson import floor_from_geojson, floor_to_geojson
+from pilotage.topology.routes.strict_json import JsonError
 
 SUFFIX = ".geojson"
 DRIVE_FILE = "topology.drive"

@@ -1,0 +1,1 @@
+"""A topological map that grows while the robot drives."""

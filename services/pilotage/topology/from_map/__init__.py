@@ -1,0 +1,1 @@
+"""A topological map from a finished occupancy map: space, chords, openings, rooms, nodes, ways."""

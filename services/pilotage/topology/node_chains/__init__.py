@@ -1,0 +1,1 @@
+"""An unknown start: the chain of nodes passed, searched in the map."""

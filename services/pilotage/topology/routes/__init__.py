@@ -1,0 +1,1 @@
+"""Ways through topological maps, and the maps as files."""
