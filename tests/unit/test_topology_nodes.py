@@ -165,7 +165,7 @@ def test_nodes_keep_apart_from_each_other_within_a_room() -> None:
 
 def test_middle_line_of_a_corridor_lies_between_its_walls() -> None:
     building = built(LONG_CORRIDOR)
-    line = middle_line(building.space, building.openings, 0.3)
+    line = middle_line(building.space, building.openings, 0.3, building.space.is_free)
     inner = line.poses[(line.poses[:, 0] > 1.5) & (line.poses[:, 0] < 23.0)]
     assert inner[:, 1] == pytest.approx(np.full(len(inner), 1.05), abs=0.11)
     assert (line.clearance >= 0.3).all()
@@ -258,3 +258,27 @@ def test_a_room_s_node_is_bound_to_its_own_corners_and_its_door() -> None:
         corners = node.features.chosen(node.features.kinds == KINDS.index("corner"))
         assert len(corners) >= 4
         assert ((corners.poses[:, 0] > low) & (corners.poses[:, 0] < high)).all()
+
+
+FURNISHED = """
+    ####################
+    #..................#
+    #..................#
+    #....##########....#
+    #....##########....#
+    #....##########....#
+    #....##########....#
+    #..................#
+    #..................#
+    ####################
+"""
+
+
+def test_room_with_a_table_in_its_middle_has_a_node_beside_the_table() -> None:
+    building = built(FURNISHED)
+    inside = building.topology.nodes
+    assert inside
+    assert (building.openings.labels > 0).sum() > 0.95 * (18 * 8 * 9)  # the table is no wall
+    world = floor_plan(FURNISHED)
+    cells = world.geometry.cells_of(places(inside)[:, :2])
+    assert world.is_free[tuple(cells.T)].all()

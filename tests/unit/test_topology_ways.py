@@ -9,7 +9,7 @@ from pilotage.core.grid import OccupancyMap
 from pilotage.topology.from_map.building import build, build_topology
 from pilotage.topology.from_map.ground import GroundParams, cell_costs
 from pilotage.topology.from_map.space import drivable_space
-from pilotage.topology.from_map.ways import Way, find_ways
+from pilotage.topology.from_map.ways import Gates, Way, find_ways
 
 Place = tuple[float, float]
 
@@ -44,7 +44,8 @@ SEALED = """
 def ways_between(world: OccupancyMap, *places: Place) -> list[Way]:
     ground = drivable_space(world)
     cells = ground.geometry.cells_of(np.array(places))
-    return find_ways(ground, cells, cell_costs(ground, GroundParams()))
+    gates = Gates.none(len(cells), ground)
+    return find_ways(ground, cells, cell_costs(ground, GroundParams()), gates)
 
 
 def ends_of(ways: list[Way]) -> list[tuple[int, int]]:
@@ -110,7 +111,8 @@ def test_a_single_place_and_none_have_no_ways() -> None:
     assert ways_between(world, (2.0, 1.5)) == []
     ground = drivable_space(world)
     costs = cell_costs(ground, GroundParams())
-    assert find_ways(ground, np.empty((0, 2), np.int64), costs) == []
+    nowhere = np.empty((0, 2), np.int64)
+    assert find_ways(ground, nowhere, costs, Gates.none(0, ground)) == []
 
 
 def test_places_in_a_row_are_joined_to_their_neighbours_only() -> None:
@@ -178,3 +180,19 @@ def test_sealed_rooms_are_two_parts_without_a_way() -> None:
     world = build_topology(floor_plan(SEALED), "0123")
     assert len(world.nodes) == 2
     assert world.edges == ()
+
+
+def test_ways_along_a_corridor_pass_its_doors_by() -> None:
+    topology = build_topology(floor_plan(FLAT), "flat")
+    kinds = {node.id: node.kind for node in topology.nodes}
+    names = {node.id: node.name for node in topology.nodes}
+    corridor = [
+        edge
+        for edge in topology.edges
+        if kinds[edge.start] == kinds[edge.end] == "node"
+        and names[edge.start].split(".")[0] == names[edge.end].split(".")[0] == "corridor 1"
+    ]
+    assert len(corridor) >= 2
+    for edge in corridor:
+        straight = np.hypot(*(edge.way[-1] - edge.way[0]))
+        assert edge.length <= 1.1 * straight

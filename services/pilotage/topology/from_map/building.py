@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from pilotage.core.corners import find_corners
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.map_lines import map_lines
@@ -11,10 +13,15 @@ from pilotage.topology.from_map.chords import ChordParams, find_chords
 from pilotage.topology.from_map.graph import edges_of, nodes_of, with_bends
 from pilotage.topology.from_map.ground import GroundParams, cell_costs, on_ground
 from pilotage.topology.from_map.nodes import NodeParams, middle_line, place_nodes
-from pilotage.topology.from_map.openings import OpeningParams, Openings, find_openings
+from pilotage.topology.from_map.openings import (
+    OpeningParams,
+    Openings,
+    find_openings,
+    opening_cells,
+)
 from pilotage.topology.from_map.rooms import Room, rooms_of
 from pilotage.topology.from_map.space import Space, SpaceParams, drivable_space, space_of
-from pilotage.topology.from_map.ways import find_ways
+from pilotage.topology.from_map.ways import Gates, find_ways
 from pilotage.topology.topological_map import TopologicalMap
 
 WELL_SEEN = 0.8
@@ -56,12 +63,14 @@ def build(world: OccupancyMap, map_id: str, params: BuildParams = BuildParams())
     rooms = rooms_of(space, openings)
     lines = map_lines(world)
     corners = find_corners(lines.chosen(lines.lengths >= WELL_SEEN))
-    line = middle_line(space, openings, params.nodes.least_clearance)
-    sites = place_nodes(line, openings, rooms, corners, params.nodes)
     ground = drivable_space(world)
     costs = cell_costs(ground, params.ground)
+    line = middle_line(space, openings, params.nodes.least_clearance, np.isfinite(costs))
+    sites = place_nodes(line, openings, rooms, corners, params.nodes)
     sites, cells = on_ground(ground, costs, sites)
-    ways = find_ways(ground, cells, costs)
+    in_opening = np.array([site.opening is not None for site in sites], bool)
+    gates = Gates(in_opening, opening_cells(space, openings.chords))
+    ways = find_ways(ground, cells, costs, gates)
     sites = with_bends(sites, rooms, ways)
     resolution = world.geometry.resolution
     features = [opening_features(openings, resolution), corner_features(find_corners(lines))]

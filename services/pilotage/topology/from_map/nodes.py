@@ -16,7 +16,7 @@ from pilotage.core.corners import Corners
 from pilotage.topology.from_map.chords import medial_cells
 from pilotage.topology.from_map.openings import Openings
 from pilotage.topology.from_map.rooms import WIDE, Room, room_at
-from pilotage.topology.from_map.space import Space
+from pilotage.topology.from_map.space import Mask, Space
 from pilotage.topology.topological_map import NodeKind
 
 Spacing = Literal["variable", "equal"]
@@ -73,12 +73,19 @@ class MiddleLine:
         return MiddleLine(self.poses[which], self.rooms[which], self.clearance[which])
 
 
-def middle_line(space: Space, openings: Openings, least: float) -> MiddleLine:
-    """Return the middle line of a space, `least` m and more from the walls."""
+def middle_line(space: Space, openings: Openings, least: float, can_stand: Mask) -> MiddleLine:
+    """Return the middle line of a space, `least` m and more from the walls.
+
+    Only where a robot can stand (rows, cols); of a room with a furnished middle all that is left.
+    """
     found = medial_cells(space, least)
-    cells, walls = found[:, :2], found[:, 2:]
-    up, right = (walls[:, 2:] - walls[:, :2]).T
-    heading = wrap(np.arctan2(right, -up) + space.geometry.origin[2])
+    found = found[can_stand[tuple(found[:, :2].T)]]
+    reached = np.unique(openings.labels[tuple(found[:, :2].T)])
+    left = np.argwhere(can_stand & ~np.isin(openings.labels, np.append(reached, 0)))
+    cells = np.concatenate([found[:, :2], left])
+    up, right = (found[:, 4:] - found[:, 2:4]).T
+    along = np.concatenate([np.arctan2(right, -up), np.zeros(len(left))])
+    heading = wrap(along + space.geometry.origin[2])
     poses = np.column_stack([space.geometry.centres_of(cells), heading])
     clearance = space.clearance[tuple(cells.T)].astype(float)
     return MiddleLine(poses, room_at(openings, space, poses[:, :2]), clearance)

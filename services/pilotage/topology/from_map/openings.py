@@ -111,12 +111,18 @@ def _ends(chords: Chords, i: int) -> tuple[tuple[NDArray[np.float64], NDArray[np
     return (chords.ends[i, 0], -chords.along[i]), (chords.ends[i, 1], chords.along[i])
 
 
+def opening_cells(space: Space, chords: Chords) -> NDArray[np.bool_]:
+    """Return the cells (rows, cols) under chords: without them nothing leads through."""
+    under = np.zeros(space.geometry.shape, np.uint8)
+    for ends in chords.ends:
+        first, second = space.geometry.cells_of(ends)[:, ::-1]
+        cv2.line(under, first.tolist(), second.tolist(), (1,), thickness=2)
+    return np.asarray(under > 0)
+
+
 def _pieces_between(space: Space, chords: Chords) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """Return the pieces (rows, cols) that all chords cut a space into, and their areas, m^2."""
-    cut = space.is_free.astype(np.uint8)
-    for first, second in chords.ends:
-        cells = space.geometry.cells_of(np.stack([first, second]))[:, ::-1]
-        cv2.line(cut, cells[0].tolist(), cells[1].tolist(), (0,), thickness=2)
+    cut = (space.is_free & ~opening_cells(space, chords)).astype(np.uint8)
     _, pieces, sizes, _ = cv2.connectedComponentsWithStats(cut, connectivity=4)
     areas = sizes[:, cv2.CC_STAT_AREA].astype(float) * space.resolution**2
     return np.where(areas[pieces] < SLIVER, 0, pieces).astype(np.int32), areas

@@ -30,18 +30,49 @@ class Way:
     length: float
 
 
-def find_ways(space: Space, sources: NDArray[np.int64], costs: NDArray[np.float32]) -> list[Way]:
-    """Return the ways between neighbouring sources, cells (n, 2) that the robot may stand in."""
-    if len(sources) == 0:
+@dataclass(frozen=True)
+class Gates:
+    """Which sources (n,) stand in openings, and the cells (rows, cols) that shut these."""
+
+    sources: NDArray[np.bool_]
+    cells: NDArray[np.bool_]
+
+    @classmethod
+    def none(cls, count: int, space: Space) -> "Gates":
+        """Return that none of so many sources stands in an opening."""
+        return cls(np.zeros(count, bool), np.zeros(space.geometry.shape, bool))
+
+
+def find_ways(
+    space: Space, sources: NDArray[np.int64], costs: NDArray[np.float32], gates: Gates
+) -> list[Way]:
+    """Return the ways between neighbouring sources, cells (n, 2) that the robot may stand in.
+
+    Those between places within a room are found with all openings shut, so that no opening's
+    ground lies in between; the others have one end in an opening.
+    """
+    shut = np.where(gates.cells, np.float32(np.inf), costs)
+    inside = _ways_among(space, np.flatnonzero(~gates.sources), sources, shut)
+    through = [
+        way
+        for way in _ways_among(space, np.arange(len(sources)), sources, costs)
+        if gates.sources[[way.start, way.end]].any()
+    ]
+    return _without_detours(inside + through)
+
+
+def _ways_among(
+    space: Space, which: NDArray[np.int64], sources: NDArray[np.int64], costs: NDArray[np.float32]
+) -> list[Way]:
+    """Return the ways between neighbours among some of the sources."""
+    if len(which) == 0:
         return []
-    spent, owner, came_from = spread(costs, sources)
-    meetings = _meetings(spent, owner)
-    found = owner, came_from
-    ways = [_way(space, costs, meeting, found) for meeting in meetings]
-    return _without_detours(ways)
+    spent, owner, came_from = spread(costs, sources[which])
+    found = np.where(owner >= 0, which[owner], -1), came_from
+    return [_way(space, costs, meeting, found) for meeting in _meetings(spent, found[0])]
 
 
-def _meetings(spent: NDArray[np.float32], owner: NDArray[np.int32]) -> NDArray[np.int64]:
+def _meetings(spent: NDArray[np.float32], owner: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the cheapest pair of neighbouring cells (n, 2), flat, of each two owners that meet."""
     cells = np.arange(owner.size, dtype=np.int64).reshape(owner.shape)
     here, there = [], []
@@ -61,7 +92,7 @@ def _way(
     space: Space,
     costs: NDArray[np.float32],
     meeting: NDArray[np.int64],
-    found: tuple[NDArray[np.int32], NDArray[np.int64]],
+    found: tuple[NDArray[np.int64], NDArray[np.int64]],
 ) -> Way:
     """Return the way over a meeting place, from the owners of cells and where cells come from."""
     owner, came_from = found
