@@ -14,6 +14,7 @@ from pilotage_schemas.arrays import LARGEST, Nd
 from pilotage_schemas.geometry import Pose2
 from pilotage_schemas.mapping import FARTHEST, OccupancyGrid
 from pilotage_schemas.message import Part
+from pilotage_schemas.topology import MatchedPairs
 
 MAX_LENGTH = 5
 Lengths = dict[str, int]
@@ -29,6 +30,10 @@ def parts(draw: st.DrawFn, kind: type[Part]) -> Part:
     }
     if kind is OccupancyGrid:
         values["origin"] = draw(origins())
+    if kind is MatchedPairs:
+        size = len(values["seen"])
+        words = st.sampled_from(["line", "corner", "door", "passage"])
+        values["kinds"] = tuple(draw(st.lists(words, min_size=size, max_size=size)))
     return kind(**values)
 
 
