@@ -132,7 +132,7 @@ class TopologyBuild(Part):
 
     source: BuiltFrom = "map"
     spacing: Spacing = "variable"
-    metres: Annotated[float, Field(ge=0.3, le=100.0)] | None = None
+    metres: Annotated[float, Field(ge=0.5, le=100.0)] | None = None
 
 
 class TopologySave(Part):

@@ -203,7 +203,10 @@ def topology(
         Spacing, typer.Option(help="Nodes where features are, or evenly.")
     ] = Spacing.variable,
     distance: Annotated[
-        float, typer.Option(min=0.5, max=100.0, help="Between nodes of equal spacing, in m.")
+        float,
+        typer.Option(
+            min=0.5, max=100.0, help="m from node to node; what variable spacing fills holes by."
+        ),
     ] = 4.0,
 ) -> None:
     """Make a topological map of a finished map: doors, passages, nodes and the ways between."""

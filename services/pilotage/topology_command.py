@@ -31,6 +31,8 @@ def topology(options: TopologyOptions) -> None:
     """Write FILE.geojson and, beside it, FILE.png; ConfigError or OSError if that cannot be."""
     if options.out.suffix.lower() not in {".geojson", ".json"}:
         raise ConfigError(f"{options.out}: the file to write must end in .geojson or .json")
+    if options.out.is_dir():
+        raise ConfigError(f"{options.out}: that is a folder; name a file to write")
     try:
         world = load_map(options.map)
     except MapFileError as error:  # which names the file

@@ -38,7 +38,7 @@ def topology_picture(world: OccupancyMap, building: Building, title: str) -> byt
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     axes.set_title(title, fontsize="medium")
-    axes.legend(handles=_legend(), loc="best", fontsize="small", framealpha=0.9)
+    figure.legend(handles=_legend(), loc="outside lower center", ncols=4, fontsize="small")
     drawn = io.BytesIO()
     figure.savefig(drawn, format="png", dpi=DPI)
     return drawn.getvalue()

@@ -186,3 +186,12 @@ def test_old_files_stay_where_the_new_map_is_damaged(desk: Desk) -> None:
     desk.map.write_bytes(b"")
     assert desk.run() == 2
     assert {file.name: file.read_bytes() for file in desk.out.parent.iterdir()} == before
+
+
+def test_folder_in_place_of_the_file_to_write_ends_with_2_and_leaves_nothing(
+    desk: Desk, capsys: pytest.CaptureFixture[str]
+) -> None:
+    desk.out.mkdir(parents=True)
+    assert desk.run() == 2
+    assert_one_line(capsys, "that is a folder")
+    assert list(desk.out.parent.iterdir()) == [desk.out]

@@ -94,6 +94,14 @@ def test_what_cannot_be_answered_is_refused(bench: TopologyBench) -> None:
         bench.ask("topology_route", t.TopologyRoute(start=99, end=1))
 
 
+def test_route_from_a_point_off_the_map_is_refused() -> None:
+    bench = TopologyBench()
+    bench.put_map()
+    far = t.Point(x=-500.0, y=-500.0)
+    with pytest.raises(RefusedError, match=r"\(-500\.00, -500\.00\) is off the map: node \d+, "):
+        bench.ask("topology_route", t.TopologyRoute(start=far, end=1))
+
+
 def test_nodes_of_equal_spacing_can_be_had(bench: TopologyBench) -> None:
     bench.put_map()
     wide = bench.ask("topology_build", t.TopologyBuild(spacing="equal", metres=4.0))

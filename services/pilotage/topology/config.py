@@ -25,7 +25,7 @@ class TopologySettings(Settings):
 
     build: BuiltFrom = "map"
     spacing: Spacing = "variable"
-    metres: Annotated[float, Field(ge=0.3, le=100.0)] = NodeParams.distance
+    metres: Annotated[float, Field(ge=0.5, le=100.0)] = NodeParams.distance
     door_cost: Annotated[float, Field(ge=0.0, le=1e6)] = RouteCosts.door
     topologies_dir: ConfigPath | None = None
     scan_period: Annotated[float, Field(ge=0.05, le=10.0)] = 0.2

@@ -15,6 +15,9 @@ from pilotage.topology.storage import LibraryError, Stored, packed
 from pilotage_schemas import topology as t
 from pilotage_schemas.commands import Done, Nothing
 
+FARTHEST = 10.0
+"""m from a point to the nearest node beyond which a route would not begin or end there."""
+
 
 class Queries:
     """Answers queries; whatever is refused leaves everything as it was.
@@ -120,7 +123,13 @@ class Queries:
         if isinstance(wanted, t.NodeOf):
             return wanted.name, wanted.node
         if isinstance(wanted, t.Point):
-            return here.name, self._at.router.nearest((wanted.x, wanted.y))[0]
+            node, metres = self._at.router.nearest((wanted.x, wanted.y))
+            if metres > FARTHEST:
+                where = f"({wanted.x:.2f}, {wanted.y:.2f})"
+                raise NoRouteError(
+                    f"{where} is off the map: node {node}, {metres:.0f} m away, is next"
+                )
+            return here.name, node
         return here.name, wanted
 
 

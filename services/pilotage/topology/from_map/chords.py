@@ -163,7 +163,8 @@ def opposite_walls(
         limits: least and greatest distance to the wall, in cells; greatest cosine of the angle.
     """
     rows, cols = is_free.shape
-    found = np.empty((is_free.size, 6), np.int64)
+    # Few cells lie half way between walls: room for more is made when it is needed.
+    found = np.empty((1024, 6), np.int64)
     count = 0
     for row in range(1, rows - 1):
         for col in range(1, cols - 1):
@@ -183,6 +184,8 @@ def opposite_walls(
                         least = cosine
                         found[count, 4], found[count, 5] = wall[0], wall[1]
             if least <= limits[2]:
+                if count + 1 == len(found):
+                    found = np.concatenate((found, np.empty_like(found)))
                 found[count, 0], found[count, 1] = row, col
                 found[count, 2], found[count, 3] = nearest[row, col, 0], nearest[row, col, 1]
                 count += 1
