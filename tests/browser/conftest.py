@@ -142,6 +142,7 @@ def planning_desk(shared_planning: PlanningDesk) -> PlanningDesk:
     shared_planning.show.begin_anew()
     if page.locator("#stage.is-aiming").count():
         page.keyboard.press("Escape")
+        page.wait_for_timeout(700)  # a second Escape within 0.6 s is Stop
     page.mouse.move(5, 5)
     wait_for_places(page)
     expect(next_look(page)).to_have_text("Idle Nothing is planned.")
