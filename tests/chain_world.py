@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core import se2
 from pilotage.topology.features import Features
-from pilotage.topology.node_chains.node_chain import NodeChain
-from pilotage.topology.node_chains.node_chain_candidates import Link
+from pilotage.topology.node_chains.candidates import Link
+from pilotage.topology.node_chains.chain import NodeChain
 from pilotage.topology.topological_map import Edge, Node, TopologicalMap
 
 HALF_WIDTH = 1.2

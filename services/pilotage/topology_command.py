@@ -12,8 +12,9 @@ from pilotage.core.map_files import MapFileError, load_map, map_digest
 from pilotage.core.whole_files import write_whole
 from pilotage.topology.from_map.building import Building, BuildParams, build
 from pilotage.topology.from_map.nodes import NodeParams
-from pilotage.topology.routes.floors import Floor, Spacing
+from pilotage.topology.routes.floors import Floor
 from pilotage.topology.routes.geojson import floor_to_geojson
+from pilotage.topology.topological_map import Spacing
 from pilotage.topology_picture import topology_picture
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from pilotage.core import se2
 from pilotage.core.angles import wrap
-from pilotage.topology.at_nodes.node_matching import match_features
+from pilotage.topology.at_nodes.matching import match_features
 from pilotage.topology.seeing.seen_features_memory import SeenMemory
 from pilotage.topology.topological_map import TopologicalMap
 from topology_logs import WEAN_START, Drive, built, cut, fr079, localized, mapped, wean

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pilotage.core import se2
 from pilotage.topology.features import Features
-from pilotage.topology.node_chains.node_chain_candidates import ChainParams, Link
+from pilotage.topology.node_chains.candidates import ChainParams, Link
 from pilotage.topology.topological_map import TopologicalMap
 
 ROUNDS, TRIED_WITHIN = 3, 3.0

@@ -12,12 +12,12 @@ from chain_world import edge
 from naive.node_chain import Place, edges_between, fit_place, weigh_chain
 from pilotage.core import se2
 from pilotage.topology.features import Features
-from pilotage.topology.node_chains.node_chain import NodeChain
-from pilotage.topology.node_chains.node_chain_candidates import NOWHERE, ChainParams, Link
-from pilotage.topology.node_chains.node_chain_fits import _model
-from pilotage.topology.node_chains.node_chain_kernels import Arrivals, weigh_places
-from pilotage.topology.node_chains.node_chain_map import ChainMap
-from pilotage.topology.node_chains.node_chain_pairs import Seen
+from pilotage.topology.node_chains.candidates import NOWHERE, ChainParams, Link
+from pilotage.topology.node_chains.chain import NodeChain
+from pilotage.topology.node_chains.fits import _model
+from pilotage.topology.node_chains.kernels import Arrivals, weigh_places
+from pilotage.topology.node_chains.map import ChainMap
+from pilotage.topology.node_chains.pairs import Seen
 from pilotage.topology.topological_map import Node, TopologicalMap
 
 EVERYTHING = ChainParams(prune=1e6)

@@ -8,9 +8,9 @@ from feature_scenes import SIGMA_PLACE, SIGMA_TURN, long_corridor, seen_from, un
 from naive import node_matching as naive
 from pilotage.core import se2
 from pilotage.core.angles import wrap
-from pilotage.topology.at_nodes.node_matching import MatchParams, NodeMatch, match_features
-from pilotage.topology.at_nodes.node_matching_hypotheses import FeaturePairs, possible_pairs
-from pilotage.topology.at_nodes.node_matching_kernels import (
+from pilotage.topology.at_nodes.matching import MatchParams, NodeMatch, match_features
+from pilotage.topology.at_nodes.matching_hypotheses import FeaturePairs, possible_pairs
+from pilotage.topology.at_nodes.matching_kernels import (
     choose_pairs,
     count_votes,
     normal_equations,

@@ -9,9 +9,9 @@ import pytest
 from chain_world import DOOR, corridor, features, seen_at, walk
 from pilotage.core import se2
 from pilotage.topology.features import Features
-from pilotage.topology.node_chains.node_chain import NodeChain
-from pilotage.topology.node_chains.node_chain_candidates import NOWHERE, ChainParams, Link
-from pilotage.topology.node_chains.node_chain_map import ChainMap
+from pilotage.topology.node_chains.candidates import NOWHERE, ChainParams, Link
+from pilotage.topology.node_chains.chain import NodeChain
+from pilotage.topology.node_chains.map import ChainMap
 from pilotage.topology.topological_map import Edge, Node, TopologicalMap
 
 UPPER = "d   d  d     d      d   d      d"

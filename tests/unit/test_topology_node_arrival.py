@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from feature_scenes import corridor_map, door, even_corridor, long_corridor, seen_from
 from pilotage.core import se2
-from pilotage.topology.at_nodes.node_arrival import Arrival, NodeWatch, Now
+from pilotage.topology.at_nodes.arrival import Arrival, NodeWatch, Now
 from pilotage.topology.features import Features
 
 NODES = [1.0, 4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 28.0]

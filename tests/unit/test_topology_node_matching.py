@@ -16,7 +16,7 @@ from feature_scenes import (
 )
 from pilotage.core import se2
 from pilotage.core.angles import wrap
-from pilotage.topology.at_nodes.node_matching import (
+from pilotage.topology.at_nodes.matching import (
     MatchParams,
     NodeMatch,
     expected_in_sight,

@@ -19,9 +19,9 @@ from pilotage.topology.from_map.bound_features import (
 )
 from pilotage.topology.from_map.building import Building, BuildParams, build
 from pilotage.topology.from_map.ground import GroundParams, cell_costs, on_ground
-from pilotage.topology.from_map.nodes import MiddleLine, NodeParams, Site, Spacing, middle_line
+from pilotage.topology.from_map.nodes import MiddleLine, NodeParams, Site, middle_line
 from pilotage.topology.from_map.space import drivable_space
-from pilotage.topology.topological_map import Node
+from pilotage.topology.topological_map import Node, Spacing
 from topology_maps import features
 
 LONG_CORRIDOR = "\n".join(["#" * 82, *["#" + "." * 80 + "#"] * 5, "#" * 82])

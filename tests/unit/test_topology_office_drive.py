@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pilotage.core import se2
 from pilotage.core.grid import OccupancyMap
 from pilotage.core.map_files import load_map
-from pilotage.topology.at_nodes.node_arrival import Arrival, NodeWatch, Now
+from pilotage.topology.at_nodes.arrival import Arrival, NodeWatch, Now
 from pilotage.topology.features import Features
 from pilotage.topology.from_drive.building import LiveBuilder
 from pilotage.topology.seeing.seen_features import seen_features

@@ -134,6 +134,13 @@ def test_what_is_no_map_is_not_taken_in(
     assert library.names() == []
 
 
+def test_map_without_nodes_is_not_taken_in(library: TopologyLibrary) -> None:
+    nothing = json.dumps({"type": "FeatureCollection", "features": []}).encode()
+    with pytest.raises(LibraryError, match="it has no nodes"):
+        library.store("nothing", nothing)
+    assert library.names() == []
+
+
 def test_what_is_taken_in_goes_by_its_new_name(library: TopologyLibrary) -> None:
     library.store("copy", packed(OFFICE))
     assert library.load("copy").label == "ground floor"

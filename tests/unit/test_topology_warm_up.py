@@ -7,9 +7,9 @@ from numba.core.dispatcher import Dispatcher
 
 from pilotage.bus.fabric import Sample
 from pilotage.topology import map_choice, service
-from pilotage.topology.at_nodes import node_matching_kernels
+from pilotage.topology.at_nodes import matching_kernels
 from pilotage.topology.from_map import chords, ways
-from pilotage.topology.node_chains import node_chain_kernels
+from pilotage.topology.node_chains import kernels as chain_kernels
 from pilotage.topology.routes import route_kernels
 from pilotage.topology.warm_up import warm_up
 from pilotage_schemas.codec import decode
@@ -22,9 +22,9 @@ from topology_bench import TopologyBench
     [
         chords.opposite_walls,
         ways.spread,
-        node_chain_kernels.weigh_places,
-        node_matching_kernels.count_votes,
-        node_matching_kernels.settle,
+        chain_kernels.weigh_places,
+        matching_kernels.count_votes,
+        matching_kernels.settle,
         route_kernels.cheapest_steps,
         route_kernels.landmark_costs,
     ],
@@ -36,8 +36,8 @@ def test_what_the_service_calls_is_compiled(kernel: Dispatcher) -> None:
 
 def test_a_map_and_a_drive_compile_nothing_more() -> None:
     warm_up()
-    kernels: list[Any] = [ways.spread, node_matching_kernels.settle]
-    kernels.append(node_chain_kernels.weigh_places)
+    kernels: list[Any] = [ways.spread, matching_kernels.settle]
+    kernels.append(chain_kernels.weigh_places)
     before = [len(kernel.signatures) for kernel in kernels]
     bench = TopologyBench()
     bench.describe()

@@ -16,7 +16,7 @@ from pilotage.experiments.corridor_ride import LASER, Look, increment_between
 from pilotage.localizer.ekf_walls import Walls
 from pilotage.localizer.line_ekf import GaussianPose, LineEkfParams, track
 from pilotage.localizer.motion_spread import MotionSpread
-from pilotage.topology.at_nodes.node_matching import match_features
+from pilotage.topology.at_nodes.matching import match_features
 from pilotage.topology.seeing.scan_view import ScanView
 from pilotage.topology.seeing.seen_features import seen_features
 from pilotage.topology.topological_map import Node, TopologicalMap

@@ -16,7 +16,7 @@ from pilotage.experiments.corridor_ride import Look
 from pilotage.experiments.hybrid_localization import ANGLES, MOUNT
 from pilotage.topology.features import KINDS, Features
 from pilotage.topology.from_drive.landmarks import Landmarks
-from pilotage.topology.node_chains.node_chain_candidates import Link
+from pilotage.topology.node_chains.candidates import Link
 from pilotage.topology.seeing.scan_view import ScanView
 from pilotage.topology.seeing.seen_features import seen_features
 

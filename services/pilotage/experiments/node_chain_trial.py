@@ -19,9 +19,9 @@ from pilotage.experiments.corridor_doors import (
 )
 from pilotage.experiments.corridor_ride import CorridorRide
 from pilotage.experiments.node_chain_robot import SIDE, NodeSeen, NodeWatch
-from pilotage.topology.node_chains.node_chain import NodeChain
-from pilotage.topology.node_chains.node_chain_candidates import ChainParams
-from pilotage.topology.node_chains.node_chain_map import ChainMap
+from pilotage.topology.node_chains.candidates import ChainParams
+from pilotage.topology.node_chains.chain import NodeChain
+from pilotage.topology.node_chains.map import ChainMap
 from pilotage.topology.topological_map import TopologicalMap
 
 LENGTH = 60.0

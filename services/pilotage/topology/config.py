@@ -7,8 +7,9 @@ from pydantic import Field
 
 from pilotage.bus.deployment import ConfigPath, Deployment, Settings
 from pilotage.topology.from_map.nodes import NodeParams
-from pilotage.topology.routes.floors import BuiltFrom, Spacing
+from pilotage.topology.routes.floors import BuiltFrom
 from pilotage.topology.routes.route import RouteCosts
+from pilotage.topology.topological_map import Spacing
 
 
 class TopologySettings(Settings):

@@ -9,7 +9,8 @@ from pilotage.topology.features import Features
 from pilotage.topology.from_drive.building import LiveBuilder, LiveParams
 from pilotage.topology.from_drive.nodes import NodeParams
 from pilotage.topology.from_drive.trail import Trail
-from pilotage.topology.routes.floors import Floor, Spacing
+from pilotage.topology.routes.floors import Floor
+from pilotage.topology.topological_map import Spacing
 
 Arrays = dict[str, NDArray[np.generic]]
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
 from pilotage.core.grid import OccupancyMap
-from pilotage.topology.at_nodes.node_arrival import Arrival, NodeWatch, Now
+from pilotage.topology.at_nodes.arrival import Arrival, NodeWatch, Now
 from pilotage.topology.features import Features
-from pilotage.topology.node_chains.node_chain_map import ChainMap
+from pilotage.topology.node_chains.map import ChainMap
 from pilotage.topology.seeing.scan_fit import scan_fits
 from pilotage.topology.seeing.scan_view import ScanView
 from pilotage.topology.topological_map import Node, TopologicalMap

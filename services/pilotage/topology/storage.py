@@ -64,6 +64,8 @@ class TopologyLibrary:
             floor = replace(parsed(content), name=name)
         except JsonError as error:
             raise LibraryError(f"this is no topological map: {error}") from error
+        if not floor.map.nodes:
+            raise LibraryError("this is no topological map: it has no nodes")
         self.save(floor)
         return floor
 

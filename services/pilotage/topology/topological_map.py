@@ -10,6 +10,8 @@ from pilotage.topology.features import Features
 
 NodeKind = Literal["node", "door", "corner", "passage"]
 EdgeKind = Literal["corridor", "room", "door", "passage"]
+Spacing = Literal["variable", "equal"]
+"""Whether nodes stand where features are, or evenly."""
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from pilotage.core import se2
 from pilotage.topology.features import Features
 from pilotage.topology.from_drive.building import LiveBuilder
-from pilotage.topology.node_chains.node_chain import NodeChain
-from pilotage.topology.node_chains.node_chain_candidates import ChainParams, Link
-from pilotage.topology.node_chains.node_chain_map import ChainMap
+from pilotage.topology.node_chains.candidates import ChainParams, Link
+from pilotage.topology.node_chains.chain import NodeChain
+from pilotage.topology.node_chains.map import ChainMap
 from pilotage.topology.topological_map import Node
 
 

@@ -7,11 +7,11 @@ import numpy as np
 
 from pilotage.core.grid import GridGeometry, OccupancyMap
 from pilotage.core.raycast import cast_scan
-from pilotage.topology.at_nodes.node_matching import match_features
+from pilotage.topology.at_nodes.matching import match_features
 from pilotage.topology.features import Features
 from pilotage.topology.from_map.building import build_topology
-from pilotage.topology.node_chains.node_chain import NodeChain
-from pilotage.topology.node_chains.node_chain_candidates import Link
+from pilotage.topology.node_chains.candidates import Link
+from pilotage.topology.node_chains.chain import NodeChain
 from pilotage.topology.routes import route_kernels
 from pilotage.topology.seeing.scan_view import ScanView
 from pilotage.topology.seeing.seen_features import seen_features

@@ -3,20 +3,15 @@
 import { ask } from "./address.js";
 import { element, find, setText } from "./elements.js";
 import { withUnit } from "./format.js";
+import { LibraryPart } from "./library_part.js";
 import { obstacle } from "./permissions.js";
 
-const NOTE_MS = 4000;
-const NAME = /^[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}$/;
-
-export class Mapping {
+export class Mapping extends LibraryPart {
   constructor(state, commands, token) {
-    Object.assign(this, { state, commands, token });
+    super(find("#mapping-note"), state, commands, token);
     this.box = find("#mapping");
     this.name = find("#map-name");
-    this.note = find("#mapping-note");
-    this.noteUntil = 0;
     this.wasMapping = false;
-    this.listed = "";
     find("[data-map=toggle]").addEventListener("click", () => this.toggle());
     find("[data-map=reset]").addEventListener("click", () => this.give("map_reset", {}, () => "Begun anew"));
     find("#map-save").addEventListener("submit", (event) => {
@@ -35,25 +30,8 @@ export class Mapping {
     return this.give("map_start", {}, () => "Drive about: the map grows");
   }
 
-  async save() {
-    const name = this.name.value.trim();
-    if (!NAME.test(name)) return this.tell("A name has letters, digits, _ . and -, at most 64", true);
-    await this.give("map_save", { name }, () => `Kept as ${name}`);
-    return this.list();
-  }
-
-  async give(command, body, done) {
-    try {
-      this.tell(done(await this.commands.send(command, body)), false);
-    } catch (error) {
-      this.tell(error.message, true);
-    }
-  }
-
-  tell(text, isFault) {
-    this.noteUntil = performance.now() + NOTE_MS * (isFault ? 2 : 1);
-    setText(this.note, text);
-    this.note.classList.toggle("is-fault", isFault);
+  save() {
+    return this.keep("map_save", this.name);
   }
 
   update() {
@@ -67,9 +45,7 @@ export class Mapping {
     toggle.disabled = reason !== null;
     find("[data-map=reset]").disabled = reason !== null || !isMapping;
     find("#map-save button").disabled = reason !== null || !this.state.entry("map");
-    if (performance.now() < this.noteUntil) return;
-    this.note.classList.remove("is-fault");
-    setText(this.note, reason ?? this.summary(isMapping));
+    this.say(reason ?? this.summary(isMapping));
   }
 
   summary(isMapping) {

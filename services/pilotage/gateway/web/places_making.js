@@ -1,23 +1,19 @@
 // The folded part "Map", its second half: build the topological map, keep it, use a kept one.
 
 import { ask } from "./address.js";
-import { element, find, setText } from "./elements.js";
+import { element, find } from "./elements.js";
 import { withUnit } from "./format.js";
+import { LibraryPart } from "./library_part.js";
 import { obstacle } from "./permissions.js";
 import { graphTrouble } from "./topology.js";
 
-const NOTE_MS = 4000;
-const NAME = /^[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}$/;
 const LIST = "/api/v1/topologies";
 
-export class PlacesMaking {
+export class PlacesMaking extends LibraryPart {
   constructor(state, commands, token) {
-    Object.assign(this, { state, commands, token });
+    super(find("#topology-note"), state, commands, token);
     this.box = find("#mapping");
-    this.note = find("#topology-note");
     this.build = find("[data-topology=build]");
-    this.noteUntil = 0;
-    this.listed = "";
     this.build.addEventListener("click", () => this.make());
     find("#topology-save").addEventListener("submit", (event) => {
       event.preventDefault();
@@ -40,25 +36,8 @@ export class PlacesMaking {
     this.update();
   }
 
-  async save() {
-    const name = find("#topology-name").value.trim();
-    if (!NAME.test(name)) return this.tell("A name has letters, digits, _ . and -, at most 64", true);
-    await this.give("topology_save", { name }, () => `Kept as ${name}`);
-    return this.list();
-  }
-
-  async give(command, body, done) {
-    try {
-      this.tell(done(await this.commands.send(command, body)), false);
-    } catch (error) {
-      this.tell(error.message, true);
-    }
-  }
-
-  tell(text, isFault) {
-    this.noteUntil = performance.now() + NOTE_MS * (isFault ? 2 : 1);
-    setText(this.note, text);
-    this.note.classList.toggle("is-fault", isFault);
+  save() {
+    return this.keep("topology_save", find("#topology-name"));
   }
 
   update() {
@@ -68,9 +47,7 @@ export class PlacesMaking {
     find("#spacing").disabled = reason !== null;
     find("#topology-save button").disabled = reason !== null || !graph?.nodes.length;
     for (const button of find("#topologies").querySelectorAll("button")) button.disabled = reason !== null;
-    if (performance.now() < this.noteUntil) return;
-    this.note.classList.remove("is-fault");
-    setText(this.note, reason ?? summary(this.state, graph));
+    this.say(reason ?? summary(this.state, graph));
   }
 
   /** Shows the kept topological maps, each with what can be done with it. */

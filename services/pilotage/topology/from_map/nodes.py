@@ -6,7 +6,6 @@ walls, as the paper's lie on the middle line of its corridor.
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +16,7 @@ from pilotage.topology.from_map.chords import medial_cells
 from pilotage.topology.from_map.openings import Openings
 from pilotage.topology.from_map.rooms import WIDE, Room, room_at
 from pilotage.topology.from_map.space import Mask, Space
-from pilotage.topology.topological_map import NodeKind
-
-Spacing = Literal["variable", "equal"]
+from pilotage.topology.topological_map import NodeKind, Spacing
 
 OPEN = 0.7
 """Share of the usual distance from walls at which a place is no niche."""

@@ -3,10 +3,9 @@
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from pilotage.topology.topological_map import TopologicalMap
+from pilotage.topology.topological_map import Spacing, TopologicalMap
 
 BuiltFrom = Literal["map", "drive"]
-Spacing = Literal["variable", "equal"]
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.topology.features import KINDS, FeatureKind, Features
-from pilotage.topology.routes.floors import BuiltFrom, Floor, Link, Spacing
+from pilotage.topology.routes.floors import BuiltFrom, Floor, Link
 from pilotage.topology.routes.strict_json import JsonError, Value
-from pilotage.topology.topological_map import Edge, EdgeKind, Node, NodeKind, TopologicalMap
+from pilotage.topology.topological_map import (
+    Edge,
+    EdgeKind,
+    Node,
+    NodeKind,
+    Spacing,
+    TopologicalMap,
+)
 
 MOST_NODES, MOST_EDGES = 100_000, 400_000
 """What a message can carry."""

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
 from pilotage.topology.features import Features
-from pilotage.topology.node_chains.node_chain_kernels import Bound
-from pilotage.topology.node_chains.node_chain_ways import distinct, leaving, places_along
+from pilotage.topology.node_chains.kernels import Bound
+from pilotage.topology.node_chains.ways import distinct, leaving, places_along
 from pilotage.topology.topological_map import TopologicalMap
 
 

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pilotage.core.angles import wrap
-from pilotage.topology.at_nodes.node_matching_hypotheses import (
+from pilotage.topology.at_nodes.matching_hypotheses import (
     FeaturePairs,
     Window,
     pose_hypotheses,
     possible_pairs,
 )
-from pilotage.topology.at_nodes.node_matching_kernels import count_votes, settle
+from pilotage.topology.at_nodes.matching_kernels import count_votes, settle
 from pilotage.topology.features import Features
 
 

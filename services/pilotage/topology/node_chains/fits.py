@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from pilotage.core import se2
 from pilotage.topology.features import Features
-from pilotage.topology.node_chains.node_chain_candidates import ChainParams
-from pilotage.topology.node_chains.node_chain_kernels import Arrivals, weigh_places
-from pilotage.topology.node_chains.node_chain_map import ChainMap
-from pilotage.topology.node_chains.node_chain_pairs import Model, Seen
+from pilotage.topology.node_chains.candidates import ChainParams
+from pilotage.topology.node_chains.kernels import Arrivals, weigh_places
+from pilotage.topology.node_chains.map import ChainMap
+from pilotage.topology.node_chains.pairs import Model, Seen
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 from pilotage.core import se2
 from pilotage.topology.features import Features
-from pilotage.topology.node_chains.node_chain_candidates import (
+from pilotage.topology.node_chains.candidates import (
     NOWHERE,
     Candidates,
     ChainParams,
     Link,
 )
-from pilotage.topology.node_chains.node_chain_fits import Fits, fitted_near, turned
-from pilotage.topology.node_chains.node_chain_kernels import Arrivals
-from pilotage.topology.node_chains.node_chain_map import ChainMap
+from pilotage.topology.node_chains.fits import Fits, fitted_near, turned
+from pilotage.topology.node_chains.kernels import Arrivals
+from pilotage.topology.node_chains.map import ChainMap
 
 LOG_TURN_3 = float(1.5 * np.log(2.0 * np.pi))
 """Normalization of a normal density in three dimensions."""

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from pilotage.core import se2
 from pilotage.core.angles import wrap
-from pilotage.topology.at_nodes.node_arrival_search import Departure, NodeSearch, SearchParams
-from pilotage.topology.at_nodes.node_matching import (
+from pilotage.topology.at_nodes.arrival_search import Departure, NodeSearch, SearchParams
+from pilotage.topology.at_nodes.matching import (
     MatchParams,
     NodeMatch,
     expected_in_sight,
     match_features,
 )
-from pilotage.topology.at_nodes.node_matching_hypotheses import Window
+from pilotage.topology.at_nodes.matching_hypotheses import Window
 from pilotage.topology.features import Features
 from pilotage.topology.seeing.seen_features_memory import SeenMemory
 from pilotage.topology.topological_map import Node, TopologicalMap

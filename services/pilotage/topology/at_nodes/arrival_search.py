@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from pilotage.core import se2
 from pilotage.core.angles import wrap
-from pilotage.topology.at_nodes.node_matching import MatchParams, NodeMatch, match_features
-from pilotage.topology.at_nodes.node_matching_hypotheses import Window
+from pilotage.topology.at_nodes.matching import MatchParams, NodeMatch, match_features
+from pilotage.topology.at_nodes.matching_hypotheses import Window
 from pilotage.topology.features import Features
 from pilotage.topology.routes.route import Graph
 from pilotage.topology.topological_map import Node, TopologicalMap

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.jit import kernel
-from pilotage.topology.node_chains.node_chain_pairs import (
+from pilotage.topology.node_chains.pairs import (
     Model,
     Seen,
     There,

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pilotage.core.angles import wrap
-from pilotage.topology.node_chains.node_chain_candidates import (
+from pilotage.topology.node_chains.candidates import (
     NOWHERE,
     Candidates,
     ChainParams,
     Link,
 )
-from pilotage.topology.node_chains.node_chain_fits import fitted, within
-from pilotage.topology.node_chains.node_chain_map import ChainMap
-from pilotage.topology.node_chains.node_chain_steps import (
+from pilotage.topology.node_chains.fits import fitted, within
+from pilotage.topology.node_chains.map import ChainMap
+from pilotage.topology.node_chains.steps import (
     arrived_by,
     carried_on,
     joined,
